@@ -1,0 +1,188 @@
+"""A character: one neutral and N expressions, meshes sharing one topology, textures sharing one UV layout."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.meshes import Topology, read_obj, write_obj
+from facezip.progress import track
+from facezip.textures import TEXTURE_SUFFIXES, Texels, read_texture, to_float, write_texture
+
+NEUTRAL = "neutral"
+MASK = "mask"
+
+
+@dataclass(frozen=True, eq=False)
+class Character:
+    """The scans of one person.
+
+    Attributes
+    ----------
+    name : what reports call the character.
+    topology : faces and UV layout of every mesh.
+    expressions : the N names, without the neutral.
+    neutral_vertices : ``(V, 3)`` float32.
+    vertices : ``(N, V, 3)`` float32, absolute positions.
+    neutral : ``(H, W, C)`` encoded values as stored: uint8, uint16, or float32 in [0, 1].
+    textures : ``(N, H, W, C)`` of the same type.
+    mask : ``(H, W)`` float32 in [0, 1], the face region and weight of errors; None for the whole texture.
+    """
+
+    name: str
+    topology: Topology
+    expressions: tuple[str, ...]
+    neutral_vertices: NDArray[np.float32]
+    vertices: NDArray[np.float32]
+    neutral: Texels
+    textures: Texels
+    mask: NDArray[np.float32] | None = None
+
+    @property
+    def resolution(self) -> tuple[int, int]:
+        """Rows and columns of every texture."""
+        return self.neutral.shape[0], self.neutral.shape[1]
+
+    def texture(self, expression: str) -> NDArray[np.float32]:
+        """``(H, W, C)`` float32 in [0, 1] of an expression or of ``"neutral"``."""
+        return to_float(self.neutral if expression == NEUTRAL else self.textures[self.index(expression)])
+
+    def mesh_vertices(self, expression: str) -> NDArray[np.float32]:
+        """``(V, 3)`` float32 of an expression or of ``"neutral"``."""
+        return self.neutral_vertices if expression == NEUTRAL else self.vertices[self.index(expression)]
+
+    def index(self, expression: str) -> int:
+        """Position of an expression on axis 0; ``UNKNOWN_NAME`` where there is none."""
+        if expression not in self.expressions:
+            known = ", ".join(self.expressions)
+            raise FaceZipError(ErrorCode.UNKNOWN_NAME, f"no expression '{expression}'; this character has {known}")
+        return self.expressions.index(expression)
+
+
+def load_character(path: str | Path) -> Character:
+    """Read a character folder: ``neutral.obj`` with its texture, and the same pair per expression.
+
+    Expressions come in the order of their names. Textures are PNG, TIFF, JPEG or OpenEXR, found by the mesh's name;
+    ``mask.png`` (any of these formats), where present, limits the face region.
+
+    Raises
+    ------
+    FaceZipError
+        One line that names the file: missing partners, fewer than two expressions, textures of another size or type,
+        meshes of another topology or UV layout, and everything that the readers of meshes and textures refuse.
+    """
+    folder = Path(path)
+    names = _expression_names(folder)
+    neutral_vertices, topology = read_obj(folder / f"{NEUTRAL}.obj")
+    neutral = read_texture(_texture_path(folder, NEUTRAL))
+    vertices = np.empty((len(names), *neutral_vertices.shape), np.float32)
+    textures: Texels = np.empty((len(names), *neutral.shape), neutral.dtype)
+    for n, name in enumerate(track(names, "Reading the character", len(names))):
+        vertices[n] = _vertices_like(folder, name, neutral_vertices, topology)
+        textures[n] = _texture_like(folder, name, neutral)
+    return Character(
+        folder.resolve().name,
+        topology,
+        names,
+        neutral_vertices,
+        vertices,
+        neutral,
+        textures,
+        _mask(folder, neutral),
+    )
+
+
+def save_character(character: Character, folder: str | Path) -> None:
+    """Write ``NAME.obj`` and ``NAME.png`` (``.exr`` for float textures) for the neutral and every expression."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    suffix = ".exr" if character.neutral.dtype.kind == "f" else ".png"
+    names = (NEUTRAL, *character.expressions)
+    for name in track(names, "Writing the character", len(names)):
+        write_obj(folder / f"{name}.obj", character.mesh_vertices(name), character.topology)
+        stored = character.neutral if name == NEUTRAL else character.textures[character.index(name)]
+        write_texture(folder / f"{name}{suffix}", stored)
+    if character.mask is not None:
+        write_texture(folder / f"{MASK}.png", character.mask[:, :, None])
+
+
+def _expression_names(folder: Path) -> tuple[str, ...]:
+    if not folder.is_dir():
+        raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no such folder; give the folder with neutral.obj in it")
+    meshes = sorted(path.stem for path in folder.glob("*.obj"))
+    if NEUTRAL not in meshes:
+        raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no neutral.obj; a character needs a neutral mesh")
+    names = tuple(name for name in meshes if name != NEUTRAL)
+    orphans = {path.stem for path in folder.iterdir() if path.suffix.lower() in TEXTURE_SUFFIXES} - {*meshes}
+    missing = sorted(name for name in orphans if not name.startswith(MASK))
+    if missing:
+        raise FaceZipError(
+            ErrorCode.MISSING_FILE,
+            f"{folder / missing[0]}.obj: missing beside its texture; add the mesh or remove it",
+        )
+    if len(names) < 2:
+        raise FaceZipError(
+            ErrorCode.TOO_FEW_EXPRESSIONS,
+            f"{folder}: {len(names)} expression(s); at least two besides the neutral",
+        )
+    return names
+
+
+def _texture_path(folder: Path, name: str) -> Path:
+    found = [folder / f"{name}{suffix}" for suffix in TEXTURE_SUFFIXES if (folder / f"{name}{suffix}").exists()]
+    if len(found) > 1:
+        raise FaceZipError(
+            ErrorCode.BAD_CHARACTER, f"{found[1]}: a second texture beside {found[0].name}; keep one of them"
+        )
+    return found[0] if found else folder / f"{name}.png"
+
+
+def _vertices_like(folder: Path, name: str, neutral: NDArray[np.float32], topology: Topology) -> NDArray[np.float32]:
+    path = folder / f"{name}.obj"
+    vertices, other = read_obj(path)
+    if len(vertices) != len(neutral) or not np.array_equal(other.faces, topology.faces):
+        difference = f"{len(vertices)} vertices and {len(other.faces)} triangles"
+        raise FaceZipError(
+            ErrorCode.TOPOLOGY_MISMATCH,
+            f"{path}: {difference}, not the neutral's mesh ({len(neutral)} and {len(topology.faces)}, in its order); "
+            "fit the neutral's topology to the scan",
+        )
+    if not other.same_as(topology):
+        raise FaceZipError(
+            ErrorCode.TOPOLOGY_MISMATCH,
+            f"{path}: another UV layout than neutral.obj; transfer the neutral's UVs",
+        )
+    return vertices
+
+
+def _texture_like(folder: Path, name: str, neutral: Texels) -> Texels:
+    path = _texture_path(folder, name)
+    texture = read_texture(path)
+    if texture.shape != neutral.shape or texture.dtype != neutral.dtype:
+        raise FaceZipError(
+            ErrorCode.SIZE_MISMATCH,
+            f"{path}: {_kind(texture)}, the neutral is {_kind(neutral)}; export both alike",
+        )
+    return texture
+
+
+def _kind(texture: Texels) -> str:
+    height, width, channels = texture.shape
+    return f"{width}x{height} with {channels} channel(s) of {texture.dtype}"
+
+
+def _mask(folder: Path, neutral: Texels) -> NDArray[np.float32] | None:
+    path = _texture_path(folder, MASK)
+    if not path.exists():
+        return None
+    mask = to_float(read_texture(path))[:, :, 0]
+    if mask.shape != neutral.shape[:2]:
+        raise FaceZipError(
+            ErrorCode.SIZE_MISMATCH,
+            f"{path}: {mask.shape[1]}x{mask.shape[0]}, the textures differ; resize the mask",
+        )
+    if mask.max() == 0:
+        raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: the mask is black everywhere; paint the face region white")
+    return mask

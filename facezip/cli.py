@@ -1,0 +1,67 @@
+"""The ``facezip`` command: one verb a module in ``facezip.commands``, errors as one line and an exit code."""
+
+import sys
+from importlib import import_module
+
+import click
+
+from facezip.errors import ExitCode, FaceZipError
+from facezip.progress import show_progress
+
+VERBS = {
+    "demo": "The main job on the embedded character: compress, render, report.",
+    "compress": "A character in, a pack out.",
+    "validate": "Render a character against packs of it, and report the difference.",
+    "decompress": "Textures out of a pack, of expressions or of a blend.",
+    "info": "What a pack holds and what it costs.",
+    "verify": "Check every byte of a pack.",
+}
+
+EXIT_CODES = "\b\nExit codes\n" + "\n".join(f"  {code.value}  {code.meaning}" for code in ExitCode)
+BEGIN = "\b\nBegin with\n  facezip demo -o demo          a character, its pack and a report, in a minute\n" + (
+    "  facezip compress SCANS -o me.facezip\n  facezip validate SCANS me.facezip -o report"
+)
+
+
+class _Verbs(click.Group):
+    """Imports the module of a verb only when that verb is called, so that ``info`` starts without a renderer."""
+
+    def list_commands(self, context: click.Context) -> list[str]:
+        return list(VERBS)
+
+    def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(VERBS.items()))
+
+    def get_command(self, context: click.Context, name: str) -> click.Command | None:
+        if name not in VERBS:
+            return None
+        command = import_module(f"facezip.commands.{name}").command
+        return command if isinstance(command, click.Command) else None
+
+
+@click.group(cls=_Verbs, epilog=f"{BEGIN}\n\n{EXIT_CODES}", context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="facezip", message="facezip %(version)s")
+def facezip() -> None:
+    """Compress the textures of facial blendshapes, and prove in path-traced images that it cannot be seen.
+
+    N expression textures of one person become one neutral, a few difference textures and N small weight maps that a
+    game shader blends in six fetches.
+    """
+
+
+def main() -> None:
+    """Run the command line; never shows a traceback for bad input."""
+    try:
+        with show_progress():
+            status = facezip.main(standalone_mode=False)
+    except click.ClickException as error:
+        error.show()
+        status = error.exit_code
+    except FaceZipError as error:
+        click.echo(f"facezip: {error}", err=True)
+        status = error.exit_code
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("facezip: interrupted; nothing was written", err=True)
+        status = 130
+    sys.exit(int(status or ExitCode.DONE))

@@ -1,0 +1,74 @@
+"""``facezip compress``: a character in, a pack out, with the error of what was written."""
+
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import click
+
+from facezip.character import Character, load_character
+from facezip.commands import options
+from facezip.commands.facts import pack_facts
+from facezip.commands.options import megabytes
+from facezip.manifest import read_manifest
+from facezip.measure import overall_rmse, texture_errors
+from facezip.methods import METHODS, compress
+from facezip.model import CompressedTextures
+from facezip.pack import read_pack, write_pack
+
+
+@click.command("compress")
+@click.argument("character", type=options.FOLDER)
+@click.option(
+    "-o", "--output", type=options.FOLDER, required=True, metavar="PACK", help="Folder NAME.facezip to write."
+)
+@click.option("--method", type=click.Choice(list(METHODS)), default="paper", show_default=True)
+@click.option("--differences", default=4, show_default=True, metavar="R", help="Number of difference textures.")
+@click.option("--weight-scale", default=8, show_default=True, metavar="S", help="Weight maps are S times smaller.")
+@click.option("--masks", default=53, show_default=True, metavar="K", help="Masks on the face (paper).")
+@click.option("--restarts", default=100, show_default=True, metavar="N", help="Random starts of the stitching (paper).")
+@click.option("--seed", default=0, show_default=True, metavar="S")
+@options.overwrite
+@options.as_json
+def command(character: Path, output: Path, overwrite: bool, as_json: bool, **settings: Any) -> None:
+    """Compress the expression textures of CHARACTER into a pack.
+
+    CHARACTER is a folder with neutral.obj and neutral.png, and NAME.obj and NAME.png per expression (EXR, TIFF and
+    16-bit PNG too). A mask.png in it limits the face region and the error.
+    """
+    start = perf_counter()
+    scans = load_character(character)
+    model = compress(scans, **settings)
+    document = write_measured(scans, model, output, overwrite, settings)
+    document["seconds"] = round(perf_counter() - start, 3)
+    options.answer(document, as_json, lambda: _lines(document))
+
+
+def write_measured(
+    scans: Character, model: CompressedTextures, output: Path, overwrite: bool, settings: dict[str, Any]
+) -> dict[str, Any]:
+    """Write the pack, read it back, and describe it: facts, ``rmse`` and ``rmse_per_expression`` (0..255)."""
+    bits = 8 if scans.neutral.itemsize == 1 else 16
+    write_pack(model, output, name=scans.name, neutral_bits=bits, made_with=settings, overwrite=overwrite)
+    errors = texture_errors(scans, read_pack(output))
+    return {
+        **pack_facts(output, read_manifest(output)),
+        "rmse": overall_rmse(errors),
+        "rmse_per_expression": errors,
+        "region": "whole texture" if scans.mask is None else "mask",
+    }
+
+
+def _lines(document: dict[str, Any]) -> list[str]:
+    errors = document["rmse_per_expression"]
+    worst, best = max(errors, key=errors.__getitem__), min(errors, key=errors.__getitem__)
+    gpu, raw, disk = (megabytes(document[key]) for key in ("bytes_on_gpu", "bytes_raw", "bytes_on_disk"))
+    saving = document["bytes_raw"] / document["bytes_on_gpu"]
+    return [
+        f"{document['pack']}: {len(errors)} expressions in {document['differences']} difference textures, "
+        f"method {document['method']}, {document['seconds']:.1f} s",
+        f"  RMSE     {document['rmse']:.2f} of 255 ({document['region']}); worst {worst} {errors[worst]:.2f}, "
+        f"best {best} {errors[best]:.2f}",
+        f"  GPU      {gpu} instead of {raw} ({saving:.1f}x less), {document['fetches']} fetches a pixel",
+        f"  on disk  {disk}",
+    ]

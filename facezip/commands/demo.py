@@ -1,0 +1,88 @@
+"""``facezip demo``: the main job on the embedded character."""
+
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import click
+
+from facezip.character import Character, load_character, save_character
+from facezip.commands import options
+from facezip.commands.candidates import candidate
+from facezip.commands.compress import write_measured
+from facezip.measure import overall_rmse, texture_errors
+from facezip.methods import compress
+from facezip.writing import whole_folder
+
+REPORT = "report"
+
+
+@click.command("demo")
+@click.option("-o", "--output", type=options.FOLDER, default=Path("facezip-demo"), show_default=True, metavar="DIR")
+@click.option("--resolution", default=512, show_default=True, metavar="TEXELS", help="Side of the textures.")
+@click.option("--expressions", default=20, show_default=True, metavar="N", help="How many expressions.")
+@click.option("--spp", default=16, show_default=True, metavar="N", help="Samples per pixel of the renders.")
+@click.option("--seed", default=0, show_default=True, metavar="S", help="Another seed, another person.")
+@options.overwrite
+@options.as_json
+def command(
+    output: Path, resolution: int, expressions: int, spp: int, seed: int, overwrite: bool, as_json: bool
+) -> None:
+    """Make a character, compress it, render both and write the report: DIR/report/index.html.
+
+    DIR then holds character/ (a folder as your scans would be), the pack, and the report.
+    """
+    from render.validation import Settings, validate
+    from reports.validation import write_validation_report
+    from scenes.character import make_character
+
+    start = perf_counter()
+    with whole_folder(output, overwrite, _is_demo) as folder:
+        save_character(make_character(resolution, expressions, seed), folder / "character")
+        scans = load_character(folder / "character")
+        settings = {"method": "paper", "seed": seed}
+        pack = folder / "character.facezip"
+        compressed = write_measured(scans, compress(scans, **settings), pack, False, settings)
+        (folder / REPORT).mkdir()
+        document = validate(scans, [candidate(scans, pack)], folder / REPORT, Settings(spp=spp, seed=seed))
+        document |= {"baselines": baselines(scans, seed), "command": "facezip demo"}
+        write_validation_report(document, folder / REPORT)
+    answer = {**compressed, "output": str(output), "report": str(output / REPORT / "index.html")}
+    answer |= {"packs": document["packs"], "seconds": round(perf_counter() - start, 2)}
+    options.answer(answer, as_json, lambda: _lines(answer))
+
+
+def baselines(scans: Character, seed: int) -> list[dict[str, Any]]:
+    """Texture errors of what else a user could pick at about the same bytes (the paper's Figure 6)."""
+    rivals = {
+        "PCA(4)": {"method": "pca", "differences": 4},
+        "paper without permutation": {"method": "paper-unpermuted", "seed": seed},
+    }
+    rows = []
+    for name, settings in rivals.items():
+        model = compress(scans, **settings)
+        errors = texture_errors(scans, model.reconstruct)
+        rows.append(
+            {
+                "name": name,
+                "texture_rmse": overall_rmse(errors),
+                "texture_rmse_per_expression": errors,
+                "bytes_on_gpu": model.footprint.bytes_on_gpu,
+                "fetches": model.footprint.fetches,
+            }
+        )
+    return rows
+
+
+def _is_demo(folder: Path) -> bool:
+    return (folder / REPORT / "report.json").is_file() and (folder / "character").is_dir()
+
+
+def _lines(answer: dict[str, Any]) -> list[str]:
+    pack = answer["packs"][0]
+    return [
+        f"{answer['output']}: {len(answer['expressions'])} expressions, texture RMSE {answer['rmse']:.2f} of 255, "
+        f"{answer['bytes_raw'] / answer['bytes_on_gpu']:.1f}x less GPU memory, {answer['seconds']:.0f} s",
+        f"  {pack['verdict']}",
+        f"  open {answer['report']}",
+    ]

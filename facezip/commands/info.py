@@ -1,0 +1,38 @@
+"""``facezip info``: what a pack holds and what it costs at run time."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from facezip.commands import options
+from facezip.commands.facts import pack_facts
+from facezip.commands.options import megabytes
+from facezip.manifest import read_manifest
+
+
+@click.command("info")
+@click.argument("pack", type=options.FOLDER)
+@options.as_json
+def command(pack: Path, as_json: bool) -> None:
+    """Show what PACK holds, what it costs in memory and fetches, and how it was made.
+
+    Reads the manifest alone; 'facezip verify' checks every byte.
+    """
+    facts = pack_facts(pack, read_manifest(pack))
+    options.answer(facts, as_json, lambda: _lines(facts))
+
+
+def _lines(facts: dict[str, Any]) -> list[str]:
+    height, width = facts["resolution"]
+    maps = f"at 1/{facts['weight_scale']}" if facts["weight_scale"] else "uniform"
+    saving = facts["bytes_raw"] / facts["bytes_on_gpu"]
+    raw, gpu, disk = (megabytes(facts[key]) for key in ("bytes_raw", "bytes_on_gpu", "bytes_on_disk"))
+    return [
+        f"{facts['name']}  {width}x{height}, {facts['channels']} channels, method {facts['method']}",
+        f"  textures     1 neutral, {facts['differences']} differences, weight maps {maps}",
+        f"  expressions  {len(facts['expressions'])}: {', '.join(facts['expressions'])}",
+        f"  on the GPU   {gpu} instead of {raw} ({saving:.1f}x less), {facts['fetches']} fetches a pixel",
+        f"  on disk      {disk}",
+        *(f"  {key:<12} {value}" for key, value in facts["made_with"].items() if not isinstance(value, dict)),
+    ]

@@ -1,0 +1,23 @@
+"""Options that several verbs share, and the two ways in which a verb answers."""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+FOLDER = click.Path(path_type=Path)
+
+as_json = click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout, nothing else there.")
+overwrite = click.option("--overwrite", is_flag=True, help="Replace an output that facezip made before.")
+
+
+def answer(document: Mapping[str, Any], as_json: bool, lines: Callable[[], Sequence[str]]) -> None:
+    """Print the document as JSON, or the lines that say the same to a person."""
+    click.echo(json.dumps(document, indent=1, allow_nan=False) if as_json else "\n".join(lines()))
+
+
+def megabytes(count: float) -> str:
+    """Bytes as a person reads them: ``4.77 MB``, powers of ten as in the paper."""
+    return f"{count / 1e6:.2f} MB"

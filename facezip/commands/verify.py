@@ -1,0 +1,19 @@
+"""``facezip verify``: is every byte of a pack as it was written."""
+
+from pathlib import Path
+
+import click
+
+from facezip.commands import options
+from facezip.pack import read_pack, verify_pack
+
+
+@click.command("verify")
+@click.argument("pack", type=options.FOLDER)
+@options.as_json
+def command(pack: Path, as_json: bool) -> None:
+    """Check that PACK is complete, unchanged and readable; exit code 3 and one line where it is not."""
+    manifest = verify_pack(pack)
+    read_pack(pack)
+    document = {"pack": str(pack), "intact": True, "files": len(manifest.files) + 1}
+    options.answer(document, as_json, lambda: [f"{pack}: intact, {document['files']} files"])

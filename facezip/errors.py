@@ -1,0 +1,63 @@
+"""The one error type of FaceZip, and the exit codes of its command line."""
+
+from enum import IntEnum, StrEnum
+
+
+class ExitCode(IntEnum):
+    """What a finished ``facezip`` command tells the shell."""
+
+    DONE = 0
+    USAGE = 2
+    BAD_INPUT = 3
+    CANNOT_WRITE = 4
+    DIFFERENCE = 7
+
+    @property
+    def meaning(self) -> str:
+        """One phrase for the help text."""
+        return {
+            ExitCode.DONE: "done",
+            ExitCode.USAGE: "wrong usage",
+            ExitCode.BAD_INPUT: "bad input",
+            ExitCode.CANNOT_WRITE: "could not write",
+            ExitCode.DIFFERENCE: "difference found",
+        }[self]
+
+
+class ErrorCode(StrEnum):
+    """Every way in which FaceZip refuses its input or its surroundings."""
+
+    MISSING_FILE = "missing-file"
+    UNREADABLE_IMAGE = "unreadable-image"
+    UNREADABLE_MESH = "unreadable-mesh"
+    BAD_TEXELS = "bad-texels"
+    SIZE_MISMATCH = "size-mismatch"
+    TOPOLOGY_MISMATCH = "topology-mismatch"
+    TOO_FEW_EXPRESSIONS = "too-few-expressions"
+    TOO_MANY_MASKS = "too-many-masks"
+    BAD_CHARACTER = "bad-character"
+    BAD_PACK = "bad-pack"
+    UNKNOWN_NAME = "unknown-name"
+    BAD_VALUE = "bad-value"
+    NO_LLVM = "no-llvm"
+    CANNOT_WRITE = "cannot-write"
+
+
+class FaceZipError(Exception):
+    """Bad input or surroundings, said in one line: what is wrong, where, and what to do.
+
+    Parameters
+    ----------
+    code : which case it is; stable, for programs.
+    message : one line for people; names the file, the reason and the remedy.
+
+    """
+
+    def __init__(self, code: ErrorCode, message: str) -> None:
+        super().__init__(message)
+        self.code = code
+
+    @property
+    def exit_code(self) -> ExitCode:
+        """The process exit code that the command line answers with."""
+        return ExitCode.CANNOT_WRITE if self.code is ErrorCode.CANNOT_WRITE else ExitCode.BAD_INPUT

@@ -1,0 +1,170 @@
+"""Reading and writing textures: PNG, TIFF, JPEG and OpenEXR, 8 and 16 bit and float.
+
+Integer files hold encoded (sRGB) values and come through unchanged. Float files hold scene-linear values and are
+encoded here, so that everything downstream sees one kind of number.
+"""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+from numpy.typing import NDArray
+
+from facezip.errors import ErrorCode, FaceZipError
+
+TEXTURE_SUFFIXES = (".png", ".exr", ".tif", ".tiff", ".jpg", ".jpeg")
+MAX_SIDE = 16384
+
+Texels = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
+
+_stderr_lock = Lock()
+
+
+def encode_srgb(linear: NDArray[np.float32]) -> NDArray[np.float32]:
+    """sRGB opto-electronic transfer function (IEC 61966-2-1) on linear values in [0, 1]."""
+    high = 1.055 * np.power(np.maximum(linear, 0.0031308), 1 / 2.4) - 0.055
+    return np.where(linear <= 0.0031308, linear * 12.92, high).astype(np.float32)
+
+
+def decode_srgb(encoded: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Inverse of :func:`encode_srgb`: encoded values in [0, 1] to linear ones."""
+    high = np.power((np.maximum(encoded, 0.04045) + 0.055) / 1.055, 2.4)
+    return np.where(encoded <= 0.04045, encoded / 12.92, high).astype(np.float32)
+
+
+def to_float(texels: Texels) -> NDArray[np.float32]:
+    """Stored texels of any supported type as float32 in [0, 1], of the same shape."""
+    if texels.dtype == np.float32:
+        return texels  # type: ignore[return-value]
+    return np.multiply(texels, np.float32(1.0 / (255 if texels.dtype == np.uint8 else 65535)), dtype=np.float32)
+
+
+def read_texture(path: Path) -> Texels:
+    """Read a texture as ``(H, W, C)`` of encoded values, row 0 at the top; an alpha channel is dropped.
+
+    Returns uint8 or uint16 as stored, or float32 in [0, 1] for float files, which are taken as linear and encoded.
+
+    Raises
+    ------
+    FaceZipError
+        ``MISSING_FILE``, ``UNREADABLE_IMAGE`` (truncated, damaged, too large), or ``BAD_TEXELS`` (NaN, infinite, or
+        outside [0, 1]).
+    """
+    if not path.is_file():
+        raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such texture; add the file or remove its mesh")
+    texels = _decode(path)
+    if texels.shape[2] in (2, 4):
+        texels = texels[:, :, :-1]
+    if texels.dtype.kind == "u":
+        return np.ascontiguousarray(texels if texels.itemsize <= 2 else (texels >> 16).astype(np.uint16))
+    return _encode_checked(texels.astype(np.float32), path)
+
+
+def read_texture_exactly(path: Path, shape: tuple[int, ...]) -> Texels:
+    """Read an integer image of a known ``(H, W, C)``, alpha included.
+
+    Raises
+    ------
+    FaceZipError
+        ``UNREADABLE_IMAGE`` where it is damaged, of another size, or not of integers.
+    """
+    texels = _decode(path, shape)
+    if texels.dtype.kind != "u":
+        raise _unreadable(path, f"holds {texels.dtype}, not integers")
+    return texels
+
+
+def write_texture(path: Path, texels: Texels, compression: int = 3) -> None:
+    """Write ``(H, W, C)`` texels in the format that the suffix names.
+
+    Integer texels are stored as they are. Float texels (encoded values in [0, 1]) are stored linear in OpenEXR and
+    rounded to 8 bits elsewhere.
+
+    Raises
+    ------
+    FaceZipError
+        ``CANNOT_WRITE``, naming the file and the reason.
+    """
+    if texels.dtype.kind == "f":
+        is_exr = path.suffix.lower() == ".exr"
+        texels = decode_srgb(texels) if is_exr else np.rint(np.clip(texels, 0, 1) * 255).astype(np.uint8)  # type: ignore[arg-type]
+    height, width, channels = texels.shape
+    spec = oiio.ImageSpec(width, height, channels, str(texels.dtype).replace("float32", "float"))
+    spec.attribute("oiio:UnassociatedAlpha", 1)
+    spec.attribute("png:compressionLevel", compression)
+    output = oiio.ImageOutput.create(str(path))
+    if output is None:
+        raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{path}: {_one_line(oiio.geterror())}; use .png, .tif or .exr")
+    with _muted_stderr():
+        written = output.open(str(path), spec) and output.write_image(np.ascontiguousarray(texels))
+        reason = output.geterror()
+        written = output.close() and written
+    if not written:
+        raise FaceZipError(
+            ErrorCode.CANNOT_WRITE, f"{path}: cannot write the image ({_one_line(reason)}); check space and rights"
+        )
+
+
+def _decode(path: Path, expected: tuple[int, ...] | None = None) -> NDArray[Any]:
+    config = oiio.ImageSpec()
+    config.attribute("oiio:UnassociatedAlpha", 1)
+    with _muted_stderr():
+        image = oiio.ImageInput.open(str(path), config)
+        if image is None:
+            raise _unreadable(path, oiio.geterror())
+        spec = image.spec()
+        if max(spec.width, spec.height) > MAX_SIDE or spec.nchannels > 4 or spec.depth > 1:
+            size = f"{spec.width}x{spec.height}, {spec.nchannels} channels"
+            raise _unreadable(path, f"{size}; at most {MAX_SIDE} a side and 4 channels are read")
+        if expected is not None and (spec.height, spec.width, spec.nchannels) != expected:
+            raise _unreadable(path, f"{spec.width}x{spec.height}, {spec.nchannels} channels; expected {expected}")
+        texels = image.read_image(oiio.UNKNOWN)
+        reason = image.geterror()
+        image.close()
+    if texels is None:
+        raise _unreadable(path, reason)
+    return np.asarray(texels).reshape(spec.height, spec.width, -1)
+
+
+def _encode_checked(linear: NDArray[np.float32], path: Path) -> NDArray[np.float32]:
+    finite = np.isfinite(linear)
+    if not finite.all():
+        row, column = np.argwhere(~finite.all(axis=2))[0]
+        raise FaceZipError(
+            ErrorCode.BAD_TEXELS,
+            f"{path}: NaN or infinite value at column {column}, row {row}; repaint or export that texel again",
+        )
+    if linear.min() < 0 or linear.max() > 1:
+        raise FaceZipError(
+            ErrorCode.BAD_TEXELS,
+            f"{path}: values from {linear.min():.3g} to {linear.max():.3g}; an albedo lies within 0 and 1, rescale it",
+        )
+    return encode_srgb(linear)
+
+
+def _unreadable(path: Path, reason: str) -> FaceZipError:
+    return FaceZipError(
+        ErrorCode.UNREADABLE_IMAGE, f"{path}: not a readable image ({_one_line(reason)}); export it again"
+    )
+
+
+def _one_line(text: str) -> str:
+    return (text.splitlines() or ["no reason given"])[0].strip()
+
+
+@contextmanager
+def _muted_stderr() -> Iterator[None]:
+    """Keep libpng and libtiff from writing to the terminal themselves: the error says it, once."""
+    with _stderr_lock, open(os.devnull, "wb") as nowhere:
+        kept = os.dup(2)
+        os.dup2(nowhere.fileno(), 2)
+        try:
+            yield
+        finally:
+            os.dup2(kept, 2)
+            os.close(kept)

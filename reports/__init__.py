@@ -1,0 +1,1 @@
+"""What a person reads: HTML reports, figures, and the tables of the paper."""

@@ -1,0 +1,68 @@
+import numpy as np
+import pytest
+
+from facezip.character import Character
+from facezip.meshes import Topology
+from facezip.model import CompressedTextures, Meshes
+
+
+def grid_topology(side):
+    """A flat sheet of side x side vertices over the whole unit square."""
+    v, u = np.meshgrid(np.linspace(0, 1, side), np.linspace(0, 1, side), indexing="ij")
+    corner = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).ravel()
+    faces = np.concatenate(
+        [np.stack([corner, corner + 1, corner + side + 1], 1), np.stack([corner, corner + side + 1, corner + side], 1)]
+    ).astype(np.int32)
+    return Topology(faces, np.stack([u, v], 2).reshape(-1, 2).astype(np.float32), faces)
+
+
+def random_character(seed=0, expressions=5, side=32, grid=9, dtype=np.uint8):
+    """Smooth random textures that change locally, on a sheet."""
+    rng = np.random.default_rng(seed)
+    topology = grid_topology(grid)
+    vertices = np.c_[topology.uv * 20, np.zeros(len(topology.uv))].astype(np.float32)
+    y, x = np.mgrid[:side, :side] / side
+    bumps = [np.exp(-40 * ((x - a) ** 2 + (y - b) ** 2)) for a, b in rng.random((2 * expressions, 2))]
+    mixing = rng.normal(0, 0.2, (expressions, len(bumps), 3))
+    textures = (
+        0.5 + np.einsum("nbc,bhw->nhwc", mixing, np.array(bumps)) + rng.normal(0, 0.01, (expressions, side, side, 3))
+    )
+    neutral = np.clip(0.5 + rng.normal(0, 0.05, (side, side, 3)), 0, 1)
+    maximum = 1 if dtype == np.float32 else np.iinfo(dtype).max
+    return Character(
+        name="sheet",
+        topology=topology,
+        expressions=tuple(f"expr_{n}" for n in range(expressions)),
+        neutral_vertices=vertices,
+        vertices=(vertices + rng.normal(0, 0.1, (expressions, *vertices.shape))).astype(np.float32),
+        neutral=(neutral * maximum).astype(dtype),
+        textures=(np.clip(textures, 0, 1) * maximum).astype(dtype),
+    )
+
+
+def random_model(seed=0, size=(24, 40), weights=(3, 5), slots=4, expressions=3, meshes=False):
+    rng = np.random.default_rng(seed)
+    topology = grid_topology(4)
+    geometry = Meshes(
+        topology,
+        rng.normal(size=(16, 3)).astype(np.float32),
+        rng.normal(size=(expressions, 16, 3)).astype(np.float32),
+    )
+    return CompressedTextures(
+        neutral=(rng.integers(0, 256, (*size, 3)) / 255).astype(np.float32),
+        differences=rng.normal(0, 0.1, (slots, *size, 3)).astype(np.float32),
+        weights=rng.normal(0, 1, (expressions, *weights, slots)).astype(np.float32),
+        expressions=tuple(f"expr_{n}" for n in range(expressions)),
+        method="refined",
+        meshes=geometry if meshes else None,
+    )
+
+
+@pytest.fixture
+def character():
+    return random_character()
+
+
+@pytest.fixture
+def model():
+    return random_model(meshes=True)

@@ -1,0 +1,52 @@
+import numpy as np
+import pytest
+
+from facezip import FaceZipError
+from facezip.meshes import read_obj, write_obj
+from tests.facezip.conftest import grid_topology
+
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+
+
+def test_a_mesh_reads_back_bit_for_bit(tmp_path):
+    vertices = np.random.default_rng(0).normal(size=(25, 3)).astype(np.float32)
+    topology = grid_topology(5)
+    write_obj(tmp_path / "a.obj", vertices, topology)
+    back, same = read_obj(tmp_path / "a.obj")
+    np.testing.assert_array_equal(back, vertices)
+    assert same.same_as(topology)
+
+
+@pytest.mark.parametrize("faces", ["f 1/1 2/2 3/3 4/4", "f 1/1/1 2/2/1 3/3/1 4/4/1", "f -4/-4 -3/-3 -2/-2 -1/-1"])
+def test_polygons_normals_and_relative_indices_give_the_same_triangles(tmp_path, faces):
+    (tmp_path / "a.obj").write_text(f"# comment\nmtllib x.mtl\r\n{SQUARE}vn 0 0 1\n{faces}\n")
+    _, topology = read_obj(tmp_path / "a.obj")
+    np.testing.assert_array_equal(topology.faces, [[0, 1, 2], [0, 2, 3]])
+    np.testing.assert_array_equal(topology.face_uv, topology.faces)
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        ("", "no 'v' lines"),
+        ("v 0 0 0\nf 1/1 1/1 1/1\n", "no 'vt' lines"),
+        (SQUARE, "no faces"),
+        (SQUARE + "f 1 2 3\n", "UVs"),
+        (SQUARE + "f 1//1 2//1 3//1\n", "UVs"),
+        (SQUARE + "f 1/1 2/2 9/3\n", "does not exist"),
+        (SQUARE + "f 1/1 2/2 3/9\n", "does not exist"),
+        (SQUARE + "f 0/1 2/2 3/3\n", "does not exist"),
+        (SQUARE + "f 1/1 2/2 99999999999999999999/3\n", "UVs"),
+        (SQUARE + "v 0 nan 0\nf 1/1 2/2 3/3\n", "NaN"),
+        (SQUARE + "v 0 inf 0\nf 1/1 2/2 3/3\n", "infinity"),
+        (SQUARE + "v 0 0\nf 1/1 2/2 3/3\n", "3 numbers"),
+        (SQUARE + "v a b c\nf 1/1 2/2 3/3\n", "3 numbers"),
+        ("\x00\xff\xfe garbage", "no 'v' lines"),
+    ],
+)
+def test_a_bad_mesh_is_refused_in_one_line(tmp_path, content, reason):
+    (tmp_path / "bad.obj").write_text(content, encoding="latin-1")
+    with pytest.raises(FaceZipError, match="bad.obj") as caught:
+        read_obj(tmp_path / "bad.obj")
+    assert reason in str(caught.value)
+    assert "\n" not in str(caught.value)
