@@ -12,7 +12,7 @@ from facezip.commands.facts import pack_facts
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.footprint import Footprint
 from facezip.manifest import read_manifest
-from facezip.measure import overall_rmse, texture_errors
+from facezip.measure import mean_rmse, texture_errors
 from facezip.pack import is_pack, read_pack
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def _candidate(
 
     errors = texture_errors(scans, texture)
     return Candidate(
-        name, texture, {**facts, "texture_rmse": overall_rmse(errors), "texture_rmse_per_expression": errors}
+        name, texture, {**facts, "texture_rmse": mean_rmse(errors), "texture_rmse_per_expression": errors}
     )
 
 

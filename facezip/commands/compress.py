@@ -11,7 +11,7 @@ from facezip.commands import options
 from facezip.commands.facts import pack_facts
 from facezip.commands.options import megabytes
 from facezip.manifest import read_manifest
-from facezip.measure import overall_rmse, texture_errors
+from facezip.measure import mean_rmse, texture_errors
 from facezip.methods import METHODS, compress
 from facezip.model import CompressedTextures
 from facezip.pack import read_pack, write_pack
@@ -53,7 +53,7 @@ def write_measured(
     errors = texture_errors(scans, read_pack(output))
     return {
         **pack_facts(output, read_manifest(output)),
-        "rmse": overall_rmse(errors),
+        "rmse": mean_rmse(errors),
         "rmse_per_expression": errors,
         "region": "whole texture" if scans.mask is None else "mask",
     }

@@ -10,7 +10,7 @@ from facezip.character import Character, load_character, save_character
 from facezip.commands import options
 from facezip.commands.candidates import candidate
 from facezip.commands.compress import write_measured
-from facezip.measure import overall_rmse, texture_errors
+from facezip.measure import mean_rmse, texture_errors
 from facezip.methods import compress
 from facezip.writing import whole_folder
 
@@ -40,7 +40,7 @@ def command(
     with whole_folder(output, overwrite, _is_demo) as folder:
         save_character(make_character(resolution, expressions, seed), folder / "character")
         scans = load_character(folder / "character")
-        settings = {"method": "paper", "seed": seed}
+        settings: dict[str, Any] = {"method": "paper", "seed": seed}
         pack = folder / "character.facezip"
         compressed = write_measured(scans, compress(scans, **settings), pack, False, settings)
         (folder / REPORT).mkdir()
@@ -54,7 +54,7 @@ def command(
 
 def baselines(scans: Character, seed: int) -> list[dict[str, Any]]:
     """Texture errors of what else a user could pick at about the same bytes (the paper's Figure 6)."""
-    rivals = {
+    rivals: dict[str, dict[str, Any]] = {
         "PCA(4)": {"method": "pca", "differences": 4},
         "paper without permutation": {"method": "paper-unpermuted", "seed": seed},
     }
@@ -65,7 +65,7 @@ def baselines(scans: Character, seed: int) -> list[dict[str, Any]]:
         rows.append(
             {
                 "name": name,
-                "texture_rmse": overall_rmse(errors),
+                "texture_rmse": mean_rmse(errors),
                 "texture_rmse_per_expression": errors,
                 "bytes_on_gpu": model.footprint.bytes_on_gpu,
                 "fetches": model.footprint.fetches,

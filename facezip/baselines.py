@@ -1,0 +1,103 @@
+"""What a user would pick instead: principal components with the neutral as mean (the paper's baseline)."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from facezip.character import Character
+from facezip.fragments import differences_of_row, texel_scale
+from facezip.model import CompressedTextures
+from facezip.rows import map_rows
+
+
+def principal_components(character: Character, count: int) -> CompressedTextures:
+    """PCA with ``count`` components through the N x N Gram matrix: the best ``count`` textures with uniform weights.
+
+    Errors count inside the character's mask. The weights are one number a texture and expression, ``(N, 1, 1, k)``.
+    """
+    gram = difference_gram(character)
+    _, vectors = np.linalg.eigh(gram)
+    leading = np.ascontiguousarray(vectors[:, ::-1][:, :count])
+    # The sign of an eigenvector is free: make its largest entry positive, so that every machine agrees.
+    leading *= np.sign(leading[np.abs(leading).argmax(axis=0), np.arange(leading.shape[1])])
+    weights = leading.astype(np.float32)[:, None, None, :]
+    return CompressedTextures(
+        neutral=character.texture("neutral"),
+        differences=combine_differences(character, leading.T.astype(np.float32)),
+        weights=weights,
+        expressions=character.expressions,
+        method="pca",
+    )
+
+
+def difference_gram(character: Character) -> NDArray[np.float64]:
+    """``(N, N)``: Σ_p m(p) ⟨D_n(p), D_m(p)⟩ with D_n = I_n - I_0 in [0, 1] and the character's mask m."""
+    stored = character.textures, character.neutral, texel_scale(character)
+    weight = np.ones(character.resolution, np.float32) if character.mask is None else character.mask
+
+    def block(top: int, bottom: int) -> NDArray[np.float64]:
+        return _gram(top, bottom, *stored, weight)  # type: ignore[no-any-return]
+
+    lower = np.sum(map_rows(block, character.resolution[0]), axis=0)
+    gram: NDArray[np.float64] = np.tril(lower) + np.tril(lower, -1).T
+    return gram
+
+
+def combine_differences(character: Character, mixture: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Linear combinations of the differences: ``(R, H, W, C)`` from ``(R, N)`` coefficients."""
+    height, width = character.resolution
+    out = np.empty((len(mixture), height, width, character.neutral.shape[2]), np.float32)
+    stored = character.textures, character.neutral, texel_scale(character)
+
+    def block(top: int, bottom: int) -> None:
+        _combine(top, bottom, *stored, np.ascontiguousarray(mixture), out)
+
+    map_rows(block, height)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _gram(
+    top: int,
+    bottom: int,
+    textures: NDArray[np.uint8],
+    neutral: NDArray[np.uint8],
+    scale: np.float32,
+    weight: NDArray[np.float32],
+) -> NDArray[np.float64]:
+    count, _, width, channels = textures.shape
+    total = np.zeros((count, count))
+    differences = np.empty((width, channels, count), np.float32)
+    for y in range(top, bottom):
+        differences_of_row(y, textures, neutral, scale, differences)
+        for x in range(width):
+            for c in range(channels):
+                d = differences[x, c]
+                for n in range(count):
+                    weighted = weight[y, x] * d[n]
+                    for m in range(n + 1):
+                        total[n, m] += weighted * d[m]
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _combine(
+    top: int,
+    bottom: int,
+    textures: NDArray[np.uint8],
+    neutral: NDArray[np.uint8],
+    scale: np.float32,
+    mixture: NDArray[np.float32],
+    out: NDArray[np.float32],
+) -> None:
+    count, _, width, channels = textures.shape
+    differences = np.empty((width, channels, count), np.float32)
+    for y in range(top, bottom):
+        differences_of_row(y, textures, neutral, scale, differences)
+        for x in range(width):
+            for i in range(len(mixture)):
+                for c in range(channels):
+                    total = np.float32(0)
+                    for n in range(count):
+                        total += mixture[i, n] * differences[x, c, n]
+                    out[i, y, x, c] = total

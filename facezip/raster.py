@@ -1,0 +1,84 @@
+"""From texels to the surface: which triangle lies under each texel, and where in it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+
+from facezip.meshes import Topology
+
+
+@dataclass(frozen=True, eq=False)
+class Raster:
+    """The UV chart, seen from the centre of every texel.
+
+    Attributes
+    ----------
+    faces : ``(F, 3)`` int32, the mesh's triangles.
+    face : ``(H, W)`` int32, the triangle under a texel, -1 outside the chart.
+    barycentric : ``(H, W, 3)`` float32, summing to one; zero outside the chart.
+    """
+
+    faces: NDArray[np.int32]
+    face: NDArray[np.int32]
+    barycentric: NDArray[np.float32]
+
+    @property
+    def covered(self) -> NDArray[np.bool_]:
+        """``(H, W)``: whether a texel's centre lies in the chart."""
+        return self.face >= 0
+
+    def interpolate(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Values at vertices ``(V, ...)`` as a map ``(H, W, ...)``, zero outside the chart."""
+        corners = values[self.faces[np.maximum(self.face, 0)]]
+        mixed: NDArray[np.float32] = np.einsum("hwj,hwj...->hw...", self.barycentric, corners)
+        return mixed
+
+    def dilated(self) -> "Raster":
+        """The same chart with every texel outside it looking where its nearest neighbour inside looks."""
+        if self.covered.all() or not self.covered.any():
+            return self
+        rows, columns = distance_transform_edt(~self.covered, return_distances=False, return_indices=True)
+        return Raster(self.faces, self.face[rows, columns], self.barycentric[rows, columns])
+
+
+def rasterise(topology: Topology, resolution: tuple[int, int]) -> Raster:
+    """Look up the triangle under every texel centre, at ((x + 0.5) / W, 1 - (y + 0.5) / H) in UV.
+
+    Where triangles overlap the last one wins.
+    """
+    height, width = resolution
+    face = np.full((height, width), -1, np.int32)
+    barycentric = np.zeros((height, width, 3), np.float32)
+    pixels = topology.uv.astype(np.float64) * [width, -height] + [-0.5, height - 0.5]
+    _rasterise(pixels, topology.face_uv, face, barycentric)
+    return Raster(topology.faces, face, barycentric)
+
+
+@njit(cache=True, nogil=True)
+def _rasterise(
+    pixels: NDArray[np.float64],
+    face_uv: NDArray[np.int32],
+    face: NDArray[np.int32],
+    barycentric: NDArray[np.float32],
+) -> None:
+    height, width = face.shape
+    slack = 1e-9
+    for f in range(len(face_uv)):
+        ax, ay = pixels[face_uv[f, 0]]
+        bx, by = pixels[face_uv[f, 1]]
+        cx, cy = pixels[face_uv[f, 2]]
+        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        if area == 0:
+            continue
+        for y in range(max(0, int(np.ceil(min(ay, by, cy)))), min(height - 1, int(np.floor(max(ay, by, cy)))) + 1):
+            for x in range(max(0, int(np.ceil(min(ax, bx, cx)))), min(width - 1, int(np.floor(max(ax, bx, cx)))) + 1):
+                u = ((x - ax) * (cy - ay) - (y - ay) * (cx - ax)) / area
+                v = ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / area
+                if u >= -slack and v >= -slack and u + v <= 1 + slack:
+                    face[y, x] = f
+                    barycentric[y, x, 0] = 1 - u - v
+                    barycentric[y, x, 1] = u
+                    barycentric[y, x, 2] = v

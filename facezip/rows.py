@@ -1,0 +1,21 @@
+"""Work over the rows of a texture on all cores, with results that do not depend on how many cores there are."""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+Result = TypeVar("Result")
+
+# Fixed, so that sums over blocks are taken in the same order on every machine.
+BLOCK = 32
+
+
+def map_rows(work: Callable[[int, int], Result], height: int) -> list[Result]:
+    """Call ``work(first_row, last_row)`` for every block of rows, in threads; results in the order of the rows.
+
+    ``work`` should spend its time in compiled code that releases the interpreter lock.
+    """
+    blocks = [(top, min(top + BLOCK, height)) for top in range(0, height, BLOCK)]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(lambda block: work(*block), blocks))

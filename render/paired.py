@@ -1,0 +1,137 @@
+"""One kernel, K textures: the original and every compressed version, shaded on the same light paths.
+
+Geometry, visibility and light do not depend on the texture. A camera ray and a light sample are traced once; the skin
+is affine in its albedo, so each texture costs one lookup and one multiplication, and the differences between the
+images carry no noise but their own.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.meshes import Topology
+from facezip.textures import decode_srgb
+from render.llvm import start
+from render.mesh import HeadMesh
+from scenes.cameras import Frame, View, camera
+from scenes.materials import MATERIALS, grey
+from scenes.stage import stage
+
+
+@dataclass(frozen=True, eq=False)
+class Images:
+    """K renders of one pose.
+
+    Attributes
+    ----------
+    linear : ``(K, H, W, 3)`` float32 scene-linear radiance of the head, premultiplied with its coverage.
+    coverage : ``(H, W)`` float32 in [0, 1], how much of a pixel the head fills.
+    """
+
+    linear: NDArray[np.float32]
+    coverage: NDArray[np.float32]
+
+
+class PairedRenderer:
+    """Renders poses of one character, each with any number of textures, under direct light.
+
+    Parameters
+    ----------
+    topology : of the character's meshes.
+    frame : where the neutral head is.
+    rigs : names of the light rigs that will be used.
+    material : a key of :data:`scenes.materials.MATERIALS`.
+    resolution : width and height of the images.
+    """
+
+    def __init__(self, topology: Topology, frame: Frame, rigs: Sequence[str], material: str, resolution: int) -> None:
+        start()
+        import mitsuba as mi
+
+        skin = MATERIALS[material]
+        self._frame, self._resolution = frame, resolution
+        self._heads = {rig: HeadMesh(topology, skin(grey(0.5))) for rig in rigs}
+        self._scenes = {rig: mi.load_dict(stage(head.shape, frame, rig)) for rig, head in self._heads.items()}
+        self._parameters = {rig: mi.traverse(scene) for rig, scene in self._scenes.items()}
+        # The two ends of the affine function: all that the kernel needs to know of the skin.
+        self._black, self._white = (mi.load_dict(skin(grey(albedo))) for albedo in (0.0, 1.0))
+        self._cameras: dict[View, Any] = {}
+
+    def pose(self, vertices: NDArray[np.float32]) -> None:
+        """Move the head to vertex positions ``(V, 3)``."""
+        for rig, head in self._heads.items():
+            head.move(self._parameters[rig], vertices)
+
+    def render(
+        self, textures: Sequence[NDArray[np.float32]], view: View, rig: str, spp: int, seed: int
+    ) -> Images:
+        """Shade the posed head with each of K textures ``(H, W, 3)``, encoded values in [0, 1].
+
+        The same seed gives the same bits, whatever K, the other textures, and the number of threads.
+        """
+        import drjit as dr
+        import mitsuba as mi
+
+        maps = [_texture(texture) for texture in textures]
+        sampler = mi.load_dict({"type": "multijitter", "sample_count": spp})
+        count = sampler.sample_count()
+        sampler.seed(seed, self._resolution**2 * count)
+        radiance, covered = self._shade(rig, self._camera(view), sampler, maps)
+        # Summed in fixed order; the samples have to be in memory before, or each sum traces them again.
+        dr.eval(radiance, covered)
+        means = [[np.array(dr.block_sum(channel, count)) / count for channel in colour] for colour in radiance]
+        shape = (self._resolution, self._resolution)
+        linear = np.array(means, np.float32).transpose(0, 2, 1).reshape(len(maps), *shape, 3)
+        return Images(linear, (np.array(dr.block_sum(covered, count)) / count).astype(np.float32).reshape(shape))
+
+    def _camera(self, view: View) -> Any:
+        import mitsuba as mi
+
+        if view not in self._cameras:
+            self._cameras[view] = mi.load_dict(camera(view, self._frame, self._resolution))
+        return self._cameras[view]
+
+    def _shade(self, rig: str, sensor: Any, sampler: Any, maps: list[Any]) -> tuple[list[Any], Any]:
+        """Radiance of every sample with every texture, and whether the sample sees the head."""
+        import drjit as dr
+        import mitsuba as mi
+
+        ray = self._primary_rays(sensor, sampler)
+        scene = self._scenes[rig]
+        surface = scene.ray_intersect(ray)
+        head = surface.is_valid() & (surface.shape == mi.ShapePtr(self._heads[rig].shape))
+        light, arriving = scene.sample_emitter_direction(surface, sampler.next_2d(head), True, head)
+        outgoing = surface.to_local(light.d)
+        context = mi.BSDFContext()
+        specular = self._black.eval(context, surface, outgoing, head)
+        diffuse = self._white.eval(context, surface, outgoing, head) - specular
+        specular, diffuse = specular * arriving, diffuse * arriving
+        colours = [mi.Color3f(texture.eval(surface.uv, head)) for texture in maps]
+        return [dr.select(head, colour * diffuse + specular, 0) for colour in colours], dr.select(head, 1.0, 0.0)
+
+    def _primary_rays(self, sensor: Any, sampler: Any) -> Any:
+        import drjit as dr
+        import mitsuba as mi
+
+        pixel = dr.arange(mi.UInt32, self._resolution**2 * sampler.sample_count()) // sampler.sample_count()
+        corner = mi.Point2f(mi.Float(pixel % self._resolution), mi.Float(pixel // self._resolution))
+        position = (corner + sampler.next_2d()) / self._resolution
+        ray, _ = sensor.sample_ray(0.0, 0.5, position, mi.Point2f(0.5))
+        return ray
+
+
+def _texture(encoded: NDArray[np.float32]) -> Any:
+    """A linear-light texture on the device, bilinear and clamped at its borders as a game samples it."""
+    import drjit as dr
+    import mitsuba as mi
+
+    colour = encoded if encoded.shape[2] == 3 else np.repeat(encoded[:, :, :1], 3, axis=2)
+    texture = mi.Texture2f(
+        mi.TensorXf(decode_srgb(colour)), filter_mode=dr.FilterMode.Linear, wrap_mode=dr.WrapMode.Clamp
+    )
+    # A texture uploads itself on first use; inside a recorded kernel that would be too late.
+    dr.eval(texture.eval(mi.Point2f(0.5)))
+    return texture

@@ -1,0 +1,71 @@
+"""Light rigs around a head, as Mitsuba scene dicts."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Frame, look_at
+
+
+def studio(frame: Frame) -> dict[str, Any]:
+    """A soft key from the upper left of the camera, a broad fill, and a rim from behind: a portrait."""
+    return {
+        "key": _softbox(frame, (-0.9, 0.9, 1.5), 0.9, (9.3, 8.9, 8.3)),
+        "fill": _softbox(frame, (1.6, 0.1, 1.2), 1.3, (1.15, 1.2, 1.3)),
+        "rim": _softbox(frame, (1.2, 0.9, -1.3), 0.7, (10.0, 10.5, 11.5)),
+    }
+
+
+def daylight(frame: Frame) -> dict[str, Any]:
+    """An overcast sky with a soft sun: light from everywhere, as outdoors."""
+    import mitsuba as mi
+
+    return {"sky": {"type": "envmap", "bitmap": mi.Bitmap(_sky()), "scale": 1.0}}
+
+
+def side(frame: Frame) -> dict[str, Any]:
+    """One small, hard light that rakes over the skin and reveals every wrinkle, with a trace of fill."""
+    return {
+        "key": _softbox(frame, (-1.9, 0.5, 0.55), 0.3, (95.0, 90.0, 84.0)),
+        "fill": _softbox(frame, (1.6, 0.2, 1.4), 1.2, (0.35, 0.37, 0.42)),
+    }
+
+
+# In the order in which `--lights N` takes them.
+RIGS: dict[str, Callable[[Frame], dict[str, Any]]] = {"studio": studio, "daylight": daylight, "side": side}
+
+
+def _softbox(
+    frame: Frame, position: tuple[float, float, float], size: float, radiance: tuple[float, float, float]
+) -> dict[str, Any]:
+    """A square light that faces the head; position and size in units of the head's height."""
+    import mitsuba as mi
+
+    centre = np.array(frame.centre)
+    origin = centre + np.array(position) * frame.height
+    scale = mi.ScalarTransform4f().scale(size * frame.height / 2)
+    return {
+        "type": "rectangle",
+        "to_world": look_at(origin, centre) @ scale,
+        "emitter": {"type": "area", "radiance": {"type": "rgb", "value": list(radiance)}},
+    }
+
+
+def _sky(height: int = 64) -> NDArray[np.float32]:
+    """``(height, 2·height, 3)`` linear radiance: blue above, warm ground below, a wide sun behind the camera."""
+    polar = (np.arange(height) + 0.5) / height * np.pi
+    azimuth = (np.arange(2 * height) + 0.5) / height * np.pi
+    up = np.cos(polar)[:, None, None]
+    directions = np.stack(
+        np.broadcast_arrays(
+            np.sin(polar)[:, None] * np.sin(azimuth), np.cos(polar)[:, None], -np.sin(polar)[:, None] * np.cos(azimuth)
+        ),
+        axis=2,
+    )
+    zenith, horizon, ground = np.array([0.42, 0.52, 0.70]), np.array([0.80, 0.84, 0.88]), np.array([0.22, 0.19, 0.16])
+    sky = np.where(up > 0, horizon + (zenith - horizon) * np.abs(up) ** 0.6, ground)
+    sun = directions @ (np.array([-0.45, 0.55, 0.7]) / np.linalg.norm([-0.45, 0.55, 0.7]))
+    glow = 7.0 * np.exp(14 * (np.minimum(sun, 1) - 1))[..., None] * np.array([1.0, 0.93, 0.82])
+    return (sky + glow).astype(np.float32)
