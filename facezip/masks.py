@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 from scipy import sparse
+from scipy.ndimage import distance_transform_edt
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
@@ -124,7 +125,8 @@ def poisson_disk_samples(
     for _ in range(40):
         radius = (low + high) / 2
         low, high = (radius, high) if len(_throw_darts(positions, radius, count)) == count else (low, radius)
-    return darts[_throw_darts(positions, low, count)]
+    samples: NDArray[np.int64] = darts[_throw_darts(positions, low, count)]
+    return samples
 
 
 def biharmonic(
@@ -173,13 +175,12 @@ def _active_masks(values: NDArray[np.float32], faces: NDArray[np.int32]) -> tupl
 
 
 def _fill_empty(blocks: NDArray[np.float32]) -> NDArray[np.float32]:
-    from scipy.ndimage import distance_transform_edt
-
     empty = blocks.sum(axis=2) == 0
     if not empty.any() or empty.all():
         return blocks
     rows, columns = distance_transform_edt(empty, return_distances=False, return_indices=True)
-    return blocks[rows, columns]
+    filled: NDArray[np.float32] = blocks[rows, columns]
+    return filled
 
 
 @njit(cache=True, nogil=True)

@@ -46,8 +46,9 @@ def pair_costs(character: Character, masks: Masks, labels: NDArray[np.int32], cl
     def block(top: int, bottom: int) -> NDArray[np.float64]:
         return _pair_costs(top, bottom, *stored, member, masks.first, masks.active, *masks.lookup)  # type: ignore[no-any-return]
 
-    half = np.sum(map_rows(block, character.resolution[0]), axis=0)
-    return half + half.transpose(1, 0, 3, 2)
+    half: NDArray[np.float64] = np.sum(map_rows(block, character.resolution[0]), axis=0)
+    table: NDArray[np.float64] = half + half.transpose(1, 0, 3, 2)
+    return table
 
 
 def search(table: NDArray[np.float64], restarts: int, seed: int) -> Stitching:
@@ -113,7 +114,8 @@ def _descend(
 def _membership(labels: NDArray[np.int32], clusters: int) -> NDArray[np.float32]:
     """``(K, R, N)``: 1 / size where expression n is in cluster a of mask k; an empty cluster has no members."""
     member = (labels[:, None, :] == np.arange(clusters)[None, :, None]).astype(np.float32)
-    return member / np.maximum(member.sum(axis=2, keepdims=True), 1)
+    shares: NDArray[np.float32] = member / np.maximum(member.sum(axis=2, keepdims=True), 1)
+    return shares
 
 
 @njit(cache=True, nogil=True)

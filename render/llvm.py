@@ -5,7 +5,6 @@ process in its first kernel ("Cannot select: fminimum"). So the library is chose
 a child process, before Dr.Jit is imported.
 """
 
-import ctypes.util
 import os
 import subprocess
 import sys
@@ -19,6 +18,14 @@ VARIABLE = "DRJIT_LIBLLVM_PATH"
 VARIANT = "llvm_ad_rgb"
 OLDEST = 17
 CARRIER = "karellen-llvm-core"
+
+_SYSTEM = (
+    "usr/lib/libLLVM*.so*",
+    "usr/lib/*-linux-gnu/libLLVM*.so*",
+    "usr/lib64/libLLVM*.so*",
+    "usr/lib/llvm-*/lib/libLLVM.*",
+    "opt/homebrew/opt/llvm/lib/libLLVM.dylib",
+)
 
 # LLVMGetVersion exists since LLVM 16; whatever lacks it is too old.
 _ASK = """
@@ -92,18 +99,16 @@ def _carried() -> list[Path]:
 
 
 def _system() -> list[Path]:
-    name = ctypes.util.find_library("LLVM")
-    folders = ("/usr/lib", "/usr/lib/x86_64-linux-gnu", "/usr/lib/aarch64-linux-gnu", "/usr/lib64", "/opt/homebrew/opt/llvm/lib")
-    files = [path for folder in folders for path in Path(folder).glob("libLLVM[-.]*")]
-    files += Path("/usr/lib").glob("llvm-*/lib/libLLVM.so*")
-    distinct = {path.resolve(): path for path in sorted(files, reverse=True)}
-    return [*distinct.values(), *([Path(name)] if name and not distinct else [])]
+    found = [path for pattern in _SYSTEM for path in Path("/").glob(pattern)]
+    return list({path.resolve(): None for path in sorted(found, reverse=True)})
 
 
 @cache
 def _version(library: Path) -> int | None:
     """The major version that a library states, asked in a child process: a wrong library may crash its host."""
-    asked = subprocess.run(
-        [sys.executable, "-c", _ASK, str(library)], capture_output=True, text=True, timeout=60, check=False
-    )
+    command = [sys.executable, "-c", _ASK, str(library)]
+    try:
+        asked = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    except subprocess.TimeoutExpired:
+        return None
     return int(asked.stdout) if asked.returncode == 0 and asked.stdout.strip().isdigit() else None

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from facezip.meshes import Topology
 
-
 NAME = "head"
 
 

@@ -16,9 +16,12 @@ from facezip.meshes import Topology
 from facezip.textures import decode_srgb
 from render.llvm import start
 from render.mesh import HeadMesh
-from scenes.cameras import Frame, View, camera
+from scenes.cameras import Frame, View, camera, pixel_bounds
 from scenes.materials import MATERIALS, grey
 from scenes.stage import stage
+
+# First column and row, width and height of the pixels that are traced.
+Window = tuple[int, int, int, int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,15 +62,15 @@ class PairedRenderer:
         # The two ends of the affine function: all that the kernel needs to know of the skin.
         self._black, self._white = (mi.load_dict(skin(grey(albedo))) for albedo in (0.0, 1.0))
         self._cameras: dict[View, Any] = {}
+        self._vertices = np.zeros((0, 3), np.float32)
 
     def pose(self, vertices: NDArray[np.float32]) -> None:
         """Move the head to vertex positions ``(V, 3)``."""
+        self._vertices = vertices
         for rig, head in self._heads.items():
             head.move(self._parameters[rig], vertices)
 
-    def render(
-        self, textures: Sequence[NDArray[np.float32]], view: View, rig: str, spp: int, seed: int
-    ) -> Images:
+    def render(self, textures: Sequence[NDArray[np.float32]], view: View, rig: str, spp: int, seed: int) -> Images:
         """Shade the posed head with each of K textures ``(H, W, 3)``, encoded values in [0, 1].
 
         The same seed gives the same bits, whatever K, the other textures, and the number of threads.
@@ -76,16 +79,24 @@ class PairedRenderer:
         import mitsuba as mi
 
         maps = [_texture(texture) for texture in textures]
+        window = pixel_bounds(view, self._frame, self._resolution, self._vertices)
         sampler = mi.load_dict({"type": "multijitter", "sample_count": spp})
         count = sampler.sample_count()
-        sampler.seed(seed, self._resolution**2 * count)
-        radiance, covered = self._shade(rig, self._camera(view), sampler, maps)
+        sampler.set_samples_per_wavefront(count)
+        sampler.seed(seed, window[2] * window[3] * count)
+        radiance, covered = self._shade(rig, self._camera(view), sampler, window, maps)
         # Summed in fixed order; the samples have to be in memory before, or each sum traces them again.
         dr.eval(radiance, covered)
-        means = [[np.array(dr.block_sum(channel, count)) / count for channel in colour] for colour in radiance]
-        shape = (self._resolution, self._resolution)
-        linear = np.array(means, np.float32).transpose(0, 2, 1).reshape(len(maps), *shape, 3)
-        return Images(linear, (np.array(dr.block_sum(covered, count)) / count).astype(np.float32).reshape(shape))
+        means = [[self._mean(channel, count, window) for channel in colour] for colour in radiance]
+        return Images(np.moveaxis(np.array(means), 1, 3), self._mean(covered, count, window))
+
+    def _mean(self, samples: Any, count: int, window: Window) -> NDArray[np.float32]:
+        import drjit as dr
+
+        left, top, width, height = window
+        image = np.zeros((self._resolution, self._resolution), np.float32)
+        image[top : top + height, left : left + width] = np.array(dr.block_sum(samples, count)).reshape(height, width)
+        return image / np.float32(count)
 
     def _camera(self, view: View) -> Any:
         import mitsuba as mi
@@ -94,12 +105,12 @@ class PairedRenderer:
             self._cameras[view] = mi.load_dict(camera(view, self._frame, self._resolution))
         return self._cameras[view]
 
-    def _shade(self, rig: str, sensor: Any, sampler: Any, maps: list[Any]) -> tuple[list[Any], Any]:
+    def _shade(self, rig: str, sensor: Any, sampler: Any, window: Window, maps: list[Any]) -> tuple[list[Any], Any]:
         """Radiance of every sample with every texture, and whether the sample sees the head."""
         import drjit as dr
         import mitsuba as mi
 
-        ray = self._primary_rays(sensor, sampler)
+        ray = self._primary_rays(sensor, sampler, window)
         scene = self._scenes[rig]
         surface = scene.ray_intersect(ray)
         head = surface.is_valid() & (surface.shape == mi.ShapePtr(self._heads[rig].shape))
@@ -112,12 +123,13 @@ class PairedRenderer:
         colours = [mi.Color3f(texture.eval(surface.uv, head)) for texture in maps]
         return [dr.select(head, colour * diffuse + specular, 0) for colour in colours], dr.select(head, 1.0, 0.0)
 
-    def _primary_rays(self, sensor: Any, sampler: Any) -> Any:
+    def _primary_rays(self, sensor: Any, sampler: Any, window: Window) -> Any:
         import drjit as dr
         import mitsuba as mi
 
-        pixel = dr.arange(mi.UInt32, self._resolution**2 * sampler.sample_count()) // sampler.sample_count()
-        corner = mi.Point2f(mi.Float(pixel % self._resolution), mi.Float(pixel // self._resolution))
+        left, top, width, height = window
+        pixel = dr.arange(mi.UInt32, width * height * sampler.sample_count()) // sampler.sample_count()
+        corner = mi.Point2f(mi.Float(pixel % width + left), mi.Float(pixel // width + top))
         position = (corner + sampler.next_2d()) / self._resolution
         ray, _ = sensor.sample_ray(0.0, 0.5, position, mi.Point2f(0.5))
         return ray

@@ -50,22 +50,25 @@ class Frame:
 def frame_of(vertices: NDArray[np.float32]) -> Frame:
     """The frame of neutral vertices ``(V, 3)``, y up, face to +z."""
     low, high = vertices.min(axis=0).astype(float), vertices.max(axis=0).astype(float)
-    size = high - low
-    return Frame(tuple((low + high) / 2), float(max(size[1], size[0])))
+    x, y, z = ((low + high) / 2).tolist()
+    return Frame((x, y, z), float(high[1] - low[1]))
+
+
+def placement(view: View, frame: Frame) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Where a view's camera stands and what it looks at, ``(3,)`` each, in the mesh's unit."""
+    azimuth, elevation = np.radians(view.azimuth), np.radians(view.elevation)
+    direction = [np.sin(azimuth) * np.cos(elevation), np.sin(elevation), np.cos(azimuth) * np.cos(elevation)]
+    target = np.array(frame.centre) + np.array([view.aim[0], view.aim[1], 0.0]) * frame.height
+    distance = view.extent * frame.height / (2 * np.tan(np.radians(FIELD_OF_VIEW) / 2))
+    return target + distance * np.array(direction), target
 
 
 def camera(view: View, frame: Frame, resolution: int) -> dict[str, Any]:
     """A Mitsuba ``perspective`` sensor dict of ``resolution`` x ``resolution`` pixels with a box filter."""
-    azimuth, elevation = np.radians(view.azimuth), np.radians(view.elevation)
-    direction = np.array(
-        [np.sin(azimuth) * np.cos(elevation), np.sin(elevation), np.cos(azimuth) * np.cos(elevation)]
-    )
-    target = np.array(frame.centre) + np.array([view.aim[0], view.aim[1], 0.0]) * frame.height
-    distance = view.extent * frame.height / (2 * np.tan(np.radians(FIELD_OF_VIEW) / 2))
     return {
         "type": "perspective",
         "fov": FIELD_OF_VIEW,
-        "to_world": look_at(target + distance * direction, target),
+        "to_world": look_at(*placement(view, frame)),
         "film": {
             "type": "hdrfilm",
             "width": resolution,
@@ -75,6 +78,22 @@ def camera(view: View, frame: Frame, resolution: int) -> dict[str, Any]:
         },
         "sampler": {"type": "multijitter"},
     }
+
+
+def pixel_bounds(view: View, frame: Frame, resolution: int, vertices: NDArray[np.float32]) -> tuple[int, int, int, int]:
+    """First column and row, and width and height, of the pixels that vertices ``(V, 3)`` can fall on."""
+    origin, target = placement(view, frame)
+    forward = (target - origin) / np.linalg.norm(target - origin)
+    right = np.cross(forward, [0.0, 1.0, 0.0])
+    right /= np.linalg.norm(right)
+    axes = np.stack([right, -np.cross(right, forward), forward])
+    x, y, depth = axes @ (vertices.astype(np.float64) - origin).T
+    if depth.min() <= 0:
+        return 0, 0, resolution, resolution
+    pixels = resolution * (0.5 + np.stack([x, y]) / depth / (2 * np.tan(np.radians(FIELD_OF_VIEW) / 2)))
+    low = np.clip(np.floor(pixels.min(axis=1)) - 1, 0, resolution - 1).astype(int)
+    high = np.clip(np.ceil(pixels.max(axis=1)) + 1, low + 1, resolution).astype(int)
+    return int(low[0]), int(low[1]), int(high[0] - low[0]), int(high[1] - low[1])
 
 
 def look_at(origin: NDArray[np.float64], target: NDArray[np.float64]) -> Any:

@@ -12,9 +12,9 @@ from scenes.cameras import Frame, look_at
 def studio(frame: Frame) -> dict[str, Any]:
     """A soft key from the upper left of the camera, a broad fill, and a rim from behind: a portrait."""
     return {
-        "key": _softbox(frame, (-0.9, 0.9, 1.5), 0.9, (9.3, 8.9, 8.3)),
-        "fill": _softbox(frame, (1.6, 0.1, 1.2), 1.3, (1.15, 1.2, 1.3)),
-        "rim": _softbox(frame, (1.2, 0.9, -1.3), 0.7, (10.0, 10.5, 11.5)),
+        "key": _softbox(frame, (-0.9, 0.9, 1.5), 0.45, (16.5, 15.8, 14.8)),
+        "fill": _softbox(frame, (1.6, 0.1, 1.2), 0.65, (2.4, 2.5, 2.7)),
+        "rim": _softbox(frame, (1.2, 0.9, -1.3), 0.35, (15.0, 15.8, 17.0)),
     }
 
 
@@ -22,14 +22,14 @@ def daylight(frame: Frame) -> dict[str, Any]:
     """An overcast sky with a soft sun: light from everywhere, as outdoors."""
     import mitsuba as mi
 
-    return {"sky": {"type": "envmap", "bitmap": mi.Bitmap(_sky()), "scale": 1.0}}
+    return {"sky": {"type": "envmap", "bitmap": mi.Bitmap(_sky()), "scale": 0.85}}
 
 
 def side(frame: Frame) -> dict[str, Any]:
     """One small, hard light that rakes over the skin and reveals every wrinkle, with a trace of fill."""
     return {
-        "key": _softbox(frame, (-1.9, 0.5, 0.55), 0.3, (95.0, 90.0, 84.0)),
-        "fill": _softbox(frame, (1.6, 0.2, 1.4), 1.2, (0.35, 0.37, 0.42)),
+        "key": _softbox(frame, (-1.9, 0.5, 0.55), 0.15, (190.0, 180.0, 168.0)),
+        "fill": _softbox(frame, (1.6, 0.2, 1.4), 0.55, (1.3, 1.35, 1.5)),
     }
 
 
@@ -37,15 +37,19 @@ def side(frame: Frame) -> dict[str, Any]:
 RIGS: dict[str, Callable[[Frame], dict[str, Any]]] = {"studio": studio, "daylight": daylight, "side": side}
 
 
+# Farther out than any camera, so that no light stands between a camera and the head.
+DISTANCE = 6.0
+
+
 def _softbox(
-    frame: Frame, position: tuple[float, float, float], size: float, radiance: tuple[float, float, float]
+    frame: Frame, direction: tuple[float, float, float], size: float, radiance: tuple[float, float, float]
 ) -> dict[str, Any]:
-    """A square light that faces the head; position and size in units of the head's height."""
+    """A square light that faces the head; ``size`` is its side over its distance."""
     import mitsuba as mi
 
     centre = np.array(frame.centre)
-    origin = centre + np.array(position) * frame.height
-    scale = mi.ScalarTransform4f().scale(size * frame.height / 2)
+    origin = centre + np.array(direction) / np.linalg.norm(direction) * DISTANCE * frame.height
+    scale = mi.ScalarTransform4f().scale(size * DISTANCE * frame.height / 2)
     return {
         "type": "rectangle",
         "to_world": look_at(origin, centre) @ scale,
@@ -67,5 +71,6 @@ def _sky(height: int = 64) -> NDArray[np.float32]:
     zenith, horizon, ground = np.array([0.42, 0.52, 0.70]), np.array([0.80, 0.84, 0.88]), np.array([0.22, 0.19, 0.16])
     sky = np.where(up > 0, horizon + (zenith - horizon) * np.abs(up) ** 0.6, ground)
     sun = directions @ (np.array([-0.45, 0.55, 0.7]) / np.linalg.norm([-0.45, 0.55, 0.7]))
-    glow = 7.0 * np.exp(14 * (np.minimum(sun, 1) - 1))[..., None] * np.array([1.0, 0.93, 0.82])
-    return (sky + glow).astype(np.float32)
+    glow = 5.0 * np.exp(14 * (np.minimum(sun, 1) - 1))[..., None] * np.array([1.0, 0.93, 0.82])
+    radiance: NDArray[np.float32] = (sky + glow).astype(np.float32)
+    return radiance

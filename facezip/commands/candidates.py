@@ -45,9 +45,7 @@ def _candidate(
     from render.validation import Candidate
 
     errors = texture_errors(scans, texture)
-    return Candidate(
-        name, texture, {**facts, "texture_rmse": mean_rmse(errors), "texture_rmse_per_expression": errors}
-    )
+    return Candidate(name, texture, {**facts, "texture_rmse": mean_rmse(errors), "texture_rmse_per_expression": errors})
 
 
 def _check_same(scans: Character, path: Path, expressions: tuple[str, ...], shape: tuple[int, ...]) -> None:

@@ -50,7 +50,7 @@ def write_measured(
     """Write the pack, read it back, and describe it: facts, ``rmse`` and ``rmse_per_expression`` (0..255)."""
     bits = 8 if scans.neutral.itemsize == 1 else 16
     write_pack(model, output, name=scans.name, neutral_bits=bits, made_with=settings, overwrite=overwrite)
-    errors = texture_errors(scans, read_pack(output))
+    errors = texture_errors(scans, read_pack(output).reconstruct)
     return {
         **pack_facts(output, read_manifest(output)),
         "rmse": mean_rmse(errors),

@@ -27,7 +27,7 @@ REPORT_FILE = "report.json"
 @options.overwrite
 @options.as_json
 def command(
-    character: Path, packs: tuple[Path, ...], output: Path, overwrite: bool, as_json: bool, **settings: int
+    character: Path, packs: tuple[Path, ...], output: Path, overwrite: bool, as_json: bool, **settings: Any
 ) -> None:
     """Render every expression of CHARACTER with its original and its compressed textures, and report the difference.
 
@@ -45,7 +45,7 @@ def validate_into(
     candidates: "list[Candidate]",
     output: Path,
     overwrite: bool,
-    settings: dict[str, int],
+    settings: dict[str, Any],
     extra: dict[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Render, measure and report into the folder ``output``; returns the report's document."""

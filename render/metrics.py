@@ -1,0 +1,115 @@
+"""How different two images of a head look: RMSE, PSNR, SSIM, FLIP and ΔE2000 over the pixels of the head.
+
+Images are display-referred: encoded sRGB in [0, 1]. Every metric is exactly zero (SSIM exactly one) for equal images.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.textures import encode_srgb
+
+# Pixels per degree that FLIP assumes: a 0.7 m wide 4K display seen from 0.7 m, the FLIP authors' default.
+PIXELS_PER_DEGREE = 67.02
+MARGIN = 12
+
+METRICS = ("image_rmse", "flip", "delta_e_mean", "delta_e_p95", "ssim")
+UNITS = {
+    "texture_rmse": "0..255, encoded sRGB, over texels and channels of the face region",
+    "image_rmse": "0..255, encoded sRGB, over head pixels and channels",
+    "image_rmse_debiased": "0..255; two independent halves of the samples, free of render noise",
+    "noise_floor": "0..255; RMSE of the original against itself with other random numbers",
+    "psnr": "dB, peak 255; null for equal images",
+    "flip": "mean FLIP over head pixels, 0..1",
+    "delta_e_mean": "mean CIEDE2000 over head pixels",
+    "delta_e_p95": "95th percentile of CIEDE2000 over head pixels",
+    "ssim": "mean SSIM of the encoded luma over head pixels, 1 for equal images",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A display-referred image, cropped around the head.
+
+    Attributes
+    ----------
+    encoded : ``(h, w, 3)`` float32 in [0, 1], sRGB.
+    head : ``(h, w)`` bool, pixels that the head fills at least half.
+    """
+
+    encoded: NDArray[np.float32]
+    head: NDArray[np.bool_]
+
+
+def display(linear: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Scene-linear radiance as a display shows it: clipped to [0, 1] and sRGB-encoded."""
+    return encode_srgb(np.clip(linear, 0, 1))
+
+
+def head_crop(coverage: NDArray[np.float32]) -> tuple[slice, slice]:
+    """Rows and columns around the head pixels of a ``(H, W)`` coverage, with a margin; everything without a head."""
+    rows, columns = (np.flatnonzero((coverage >= 0.5).any(axis=axis)) for axis in (1, 0))
+    if len(rows) == 0:
+        return slice(0, coverage.shape[0]), slice(0, coverage.shape[1])
+    return _span(rows, coverage.shape[0]), _span(columns, coverage.shape[1])
+
+
+def _span(indices: NDArray[np.intp], size: int) -> slice:
+    return slice(max(int(indices[0]) - MARGIN, 0), min(int(indices[-1]) + 1 + MARGIN, size))
+
+
+def compare(original: Picture, other: Picture) -> dict[str, float | None]:
+    """Every metric of ``other`` against ``original``, two pictures of the same crop."""
+    head = original.head
+    rmse = image_rmse(original.encoded[head], other.encoded[head])
+    colour = delta_e(original.encoded[head], other.encoded[head])
+    return {
+        "image_rmse": rmse,
+        "psnr": None if rmse == 0 else float(20 * np.log10(255 / rmse)),
+        "flip": float(flip_map(original.encoded, other.encoded)[head].mean()),
+        "delta_e_mean": float(colour.mean()),
+        "delta_e_p95": float(np.percentile(colour, 95)),
+        "ssim": float(ssim_map(original.encoded, other.encoded)[head].mean()),
+    }
+
+
+def image_rmse(a: NDArray[np.float32], b: NDArray[np.float32]) -> float:
+    """Root mean square error of encoded values, in units of 0..255."""
+    return float(255 * np.sqrt(np.mean(np.square(a.astype(np.float64) - b))))
+
+
+def delta_e(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float64]:
+    """CIEDE2000 of encoded sRGB colours ``(..., 3)`` under D65 (Sharma, Wu and Dalal 2005)."""
+    from colour import XYZ_to_Lab, sRGB_to_XYZ
+    from colour.difference import delta_E_CIE2000
+
+    difference = delta_E_CIE2000(XYZ_to_Lab(sRGB_to_XYZ(a)), XYZ_to_Lab(sRGB_to_XYZ(b)))
+    return np.asarray(difference, np.float64)
+
+
+def flip_map(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float32]:
+    """LDR-FLIP error ``(h, w)`` in [0, 1] of encoded images (Andersson et al. 2020), by its authors' evaluator."""
+    from flip_evaluator import evaluate
+
+    error, _, _ = evaluate(
+        a, b, "LDR", inputsRGB=True, applyMagma=False, computeMeanError=False, parameters={"ppd": PIXELS_PER_DEGREE}
+    )
+    return np.asarray(error, np.float32)[..., 0]
+
+
+def ssim_map(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Structural similarity ``(h, w)`` of encoded luma (Wang et al. 2004: Gaussian window, σ = 1.5)."""
+    from skimage.metrics import structural_similarity
+
+    luma = np.array([0.299, 0.587, 0.114])
+    _, similarity = structural_similarity(
+        a @ luma,
+        b @ luma,
+        data_range=1.0,
+        full=True,
+        gaussian_weights=True,
+        sigma=1.5,
+        use_sample_covariance=False,
+    )
+    return np.asarray(similarity, np.float64)

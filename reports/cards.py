@@ -1,0 +1,114 @@
+"""One card an expression: its renders, the worst of them first, with pictures and numbers."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from reports.images import ColourScale
+from reports.metrics import IMAGE_METRICS
+from reports.pictures import HERO, OTHER, WORST, Pictures, Quality, embed
+
+Render = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class View:
+    """One render of an expression: where it was seen from, its pictures, and the numbers as text."""
+
+    label: str
+    exr: str
+    pictures: Pictures
+    floor: tuple[str, ...]
+    numbers: tuple[tuple[str, ...], ...]
+
+    def data(self, embedded: bool) -> dict[str, Any]:
+        """What the page's script needs to show this render; without pictures where the page has them already."""
+        pictures = {
+            "original": self.pictures.original,
+            "compressed": self.pictures.compressed,
+            "difference": self.pictures.differences,
+        }
+        empty = {"original": None, "compressed": (), "difference": ()}
+        return {
+            "label": self.label,
+            "exr": self.exr,
+            "floor": self.floor,
+            "numbers": self.numbers,
+            **(pictures if embedded else empty),
+        }
+
+
+@dataclass(frozen=True)
+class Card:
+    """An expression with its renders; ``views[0]`` is the worst, with the largest image RMSE of the headline pack."""
+
+    expression: str
+    anchor: str
+    error: str
+    pack: int
+    views: tuple[View, ...]
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the widest picture."""
+        return max((view.pictures.size for view in self.views), key=lambda size: size[0] / size[1])
+
+    def data(self) -> dict[str, Any]:
+        """Everything that can be chosen on the card, without what it shows at first."""
+        return {"pack": self.pack, "views": [self.views[0].data(True), *(view.data(True) for view in self.views[1:])]}
+
+
+def make_cards(document: Mapping[str, Any], folder: Path, pack: int, scale: ColourScale) -> list[Card]:
+    """The hero, and a card for each expression, worst first by image RMSE of the pack with index ``pack``.
+
+    The hero is the worst render of all, embedded without loss.
+    """
+    grouped = _worst_first(document["renders"], pack)
+    if not grouped:
+        return []
+    jobs: list[tuple[Render, Quality]] = [(grouped[0][0], HERO)]
+    for renders in grouped:
+        jobs += [(render, OTHER if i else WORST) for i, render in enumerate(renders)]
+    views = [
+        _view(render, pictures)
+        for (render, _), pictures in zip(jobs, embed(jobs, folder, len(document["packs"]), scale), strict=True)
+    ]
+    cards = [_card(grouped[0][0], pack, views[:1], "hero")]
+    start = 1
+    for rank, renders in enumerate(grouped, 1):
+        cards.append(_card(renders[0], pack, views[start : start + len(renders)], f"expression-{rank}"))
+        start += len(renders)
+    return cards
+
+
+def _worst_first(renders: list[Render], pack: int) -> list[list[Render]]:
+    def error(render: Render) -> float:
+        return float(render["packs"][pack]["image_rmse"] or 0.0)
+
+    names = dict.fromkeys(render["expression"] for render in renders)
+    grouped = [
+        sorted((render for render in renders if render["expression"] == name), key=error, reverse=True)
+        for name in names
+    ]
+    return sorted(grouped, key=lambda group: error(group[0]), reverse=True)
+
+
+def _view(render: Render, pictures: Pictures) -> View:
+    return View(
+        label=place(render),
+        exr=render["exr"],
+        pictures=pictures,
+        floor=tuple(metric.of(render["noise_floor"]) for metric in IMAGE_METRICS),
+        numbers=tuple(tuple(metric.of(pack) for metric in IMAGE_METRICS) for pack in render["packs"]),
+    )
+
+
+def _card(render: Render, pack: int, views: list[View], anchor: str) -> Card:
+    error = next(metric for metric in IMAGE_METRICS if metric.key == "image_rmse").of(render["packs"][pack])
+    return Card(render["expression"], anchor, error, pack, tuple(views))
+
+
+def place(where: Mapping[str, Any]) -> str:
+    """View and light as a person reads them: ``front · studio``."""
+    return " · ".join(str(where[key]) for key in ("view", "light") if where.get(key))

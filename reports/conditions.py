@@ -1,0 +1,59 @@
+"""The conditions under which a document's numbers hold, as rows of a list."""
+
+from collections.abc import Mapping
+from typing import Any
+
+LABELS = {
+    "spp": "Samples per pixel",
+    "sampler": "Sampler",
+    "seed": "Seed",
+    "second_seed": "Seed of the noise floor",
+    "resolution": "Render size",
+    "views": "Views",
+    "lights": "Lights",
+    "skin": "Skin",
+    "region": "Image metrics over",
+    "texture_region": "Texture metrics over",
+    "units": "Units",
+    "display": "Display",
+    "pixels_per_degree": "Pixels per degree",
+    "variant": "Mitsuba variant",
+    "mitsuba": "Mitsuba",
+    "drjit": "Dr.Jit",
+    "llvm": "LLVM",
+}
+
+
+def condition_rows(document: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Label and value of every condition of a document: character, rendering, versions, time; known ones first."""
+    conditions = document["conditions"]
+    keys = [key for key in LABELS if key in conditions] + [key for key in conditions if key not in LABELS]
+    rows = [("Character", _character(document["character"]))]
+    rows += [(LABELS.get(key, key.replace("_", " ").capitalize()), words(conditions[key])) for key in keys]
+    if "seconds" in document:
+        rows.append(("Time", ", ".join(f"{key} {value:.1f} s" for key, value in document["seconds"].items())))
+    if document.get("pairs_per_second") is not None:
+        rows.append(("Speed", f"{document['pairs_per_second']:.2f} pairs of renders a second"))
+    return rows
+
+
+def _character(character: Mapping[str, Any]) -> str:
+    height, width = character["resolution"]
+    return (
+        f"{character['name']}: {len(character['expressions'])} expressions, {width} × {height} texels, "
+        f"{character['channels']} channels, {character['vertices']:,} vertices, {character['triangles']:,} triangles"
+    )
+
+
+def words(value: Any) -> str:
+    """Plain data as a person reads it: a mapping with a name as ``front (azimuth 38, elevation 6)``."""
+    if isinstance(value, Mapping):
+        inner = ", ".join(f"{key} {words(item)}" for key, item in value.items() if key != "name")
+        name = str(value.get("name", ""))
+        return f"{name} ({inner})" if name and inner else name or inner
+    if isinstance(value, list):
+        separator = "; " if any(isinstance(item, Mapping) for item in value) else ", "
+        return separator.join(words(item) for item in value)
+    if isinstance(value, float):
+        return f"{value:g}"
+    return "none" if value is None else str(value)

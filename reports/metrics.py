@@ -1,0 +1,96 @@
+"""What reports call each metric, how they print it, and what it means."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One column of numbers.
+
+    Attributes
+    ----------
+    key : its name in ``report.json``.
+    label, unit : as a table prints them.
+    digits : decimals of its numbers.
+    higher_is_better : the direction of quality.
+    meaning : one or two sentences for a reader who meets it for the first time.
+    """
+
+    key: str
+    label: str
+    unit: str
+    digits: int
+    higher_is_better: bool
+    meaning: str
+
+    def text(self, value: float | None) -> str:
+        """The value as text; only an infinite PSNR has none, and is printed as infinite."""
+        if value is None:
+            return "∞" if self.key == "psnr" else MISSING
+        return number(value, self.digits)
+
+    def of(self, values: Mapping[str, Any]) -> str:
+        """The metric's value out of a document's numbers, as text; a dash where it was not measured."""
+        return self.text(values[self.key]) if self.key in values else MISSING
+
+
+MISSING = "–"
+
+METRICS = (
+    Metric(
+        "texture_rmse", "Texture RMSE", "of 255", 2, False,
+        "Root mean square error of the decompressed texture against the scanned one, over the texels of the texture "
+        "region and all channels, in encoded values 0 to 255. The paper's measure; it knows nothing of light or view.",
+    ),
+    Metric(
+        "image_rmse", "Image RMSE", "of 255", 2, False,
+        "Root mean square error between the two renders over head pixels, in encoded (sRGB) values 0 to 255. Both are "
+        "shaded on the same light paths, so that nearly all of it is compression and nearly none of it noise.",
+    ),
+    Metric(
+        "image_rmse_debiased", "Image RMSE, debiased", "of 255", 2, False,
+        "The same from two pairs with independent seeds, √mean((A₀−B₀)(A₁−B₁)): what is left of the noise cancels.",
+    ),
+    Metric(
+        "psnr", "PSNR", "dB", 1, True,
+        "Image RMSE against the full range on a logarithmic scale: 20 log₁₀(255 / RMSE). Infinite for equal images.",
+    ),
+    Metric(
+        "delta_e_mean", "ΔE2000 mean", "", 2, False,
+        "CIEDE2000 colour difference averaged over head pixels. About 1 is the smallest difference that a trained eye "
+        "sees between two large patches side by side.",
+    ),
+    Metric(
+        "delta_e_p95", "ΔE2000 p95", "", 2, False,
+        "CIEDE2000 that 95 % of the head pixels stay below: it follows the places where the eye would find something.",
+    ),
+    Metric(
+        "flip", "FLIP", "0…1", 4, False,
+        "Difference that a person perceives when alternating between both images at the stated pixels per degree: "
+        "0 none, 1 the largest. It models contrast sensitivity, colour, edges and points (Andersson et al. 2020).",
+    ),
+    Metric(
+        "ssim", "SSIM", "0…1", 4, True,
+        "Structural similarity of luminance, contrast and structure in small windows: 1 for equal images "
+        "(Wang et al. 2004).",
+    ),
+)  # fmt: skip
+
+IMAGE_METRICS = METRICS[1:]
+BY_KEY = {metric.key: metric for metric in METRICS}
+
+
+def number(value: float, digits: int) -> str:
+    """A number with fixed decimals that never passes a small value off as none: exact ones and zeros stay bare."""
+    if value in (0, 1):
+        return str(int(value))
+    if abs(value) < 0.5 * 10**-digits:
+        return f"<{10**-digits:.{digits}f}"
+    return f"{value:.{digits}f}"
+
+
+def megabytes(count: float) -> str:
+    """Bytes in MB, powers of ten as in the paper: ``4.26``."""
+    return number(count / 1e6, 2)

@@ -1,0 +1,139 @@
+"""The numbers of a validation as tiles, tables and bars."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from reports.cards import place
+from reports.figures import BarChart, Series, lying_bars, upright_bars
+from reports.metrics import BY_KEY, METRICS, MISSING, Metric, megabytes, number
+from reports.tables import Cell, Row, Table
+
+Pack = Mapping[str, Any]
+
+
+def headline(packs: Sequence[Pack]) -> int:
+    """Index of the pack that a report opens with: the lowest image RMSE, the first of equals."""
+    return min(range(len(packs)), key=lambda index: packs[index]["image_rmse"])
+
+
+def tiles(pack: Pack) -> list[tuple[str, str, str]]:
+    """Key figures of a pack: label, value, and what to hold it against."""
+    floors = pack.get("noise_floor_per_metric", {})
+    rows = []
+    for key in ("texture_rmse", "image_rmse", "delta_e_p95", "flip", "ssim"):
+        metric = BY_KEY[key]
+        against = f"noise floor {metric.of(floors)}" if key in floors else metric.unit
+        rows.append((metric.label, metric.of(pack), against))
+    rows.append(("GPU memory", f"{saving(pack)}× less", f"{megabytes(pack['bytes_on_gpu'])} MB"))
+    rows.append(("Texture fetches", _count(pack.get("fetches")), "a pixel"))
+    return rows
+
+
+def saving(pack: Pack) -> str:
+    """How many times smaller than the raw textures a pack is on the GPU."""
+    return number(pack["bytes_raw"] / pack["bytes_on_gpu"], 1)
+
+
+def comparison_table(packs: Sequence[Pack]) -> Table:
+    """Metrics by packs: the mean over all renders with the worst case under it, best pack marked, and the floor."""
+    rows = []
+    for metric in METRICS:
+        if not any(metric.key in pack for pack in packs):
+            continue
+        best = _best(metric, packs)
+        floors = packs[0].get("noise_floor_per_metric", {})
+        cells = [Cell(metric.of(pack), _worst(metric, pack), best=i in best) for i, pack in enumerate(packs)]
+        rows.append(Row(metric.label, (Cell(metric.of(floors)), *cells), _direction(metric)))
+    return Table(
+        "Mean over all renders; in small print the worst of them, and where it is.",
+        "Metric",
+        ("Noise floor", *(pack["name"] for pack in packs)),
+        tuple(rows),
+    )
+
+
+def _best(metric: Metric, packs: Sequence[Pack]) -> set[int]:
+    """Indices of the packs that lead; none where there is nothing to choose."""
+    infinite = float("inf")
+    values = [infinite if pack.get(metric.key) is None else pack[metric.key] for pack in packs]
+    leading = max(values) if metric.higher_is_better else min(values)
+    best = {i for i, value in enumerate(values) if value == leading}
+    return best if len(best) < len(packs) else set()
+
+
+def _worst(metric: Metric, pack: Pack) -> str:
+    worst = pack.get("worst", {}).get(metric.key)
+    if worst is None:
+        return ""
+    where = [part for part in (worst.get("expression"), place(worst)) if part]
+    return " · ".join([metric.text(worst["value"]), *where])
+
+
+def _direction(metric: Metric) -> str:
+    better = "higher is better" if metric.higher_is_better else "lower is better"
+    return f"{metric.unit}, {better}" if metric.unit else better
+
+
+def error_bars(document: Mapping[str, Any], order: Sequence[str]) -> dict[str, Any] | None:
+    """The paper's Figure 6: texture RMSE of each expression and method, as a wide and a narrow chart."""
+    series = _series(document)
+    groups = list(order) or list(document["character"]["expressions"])
+    if not series or not groups:
+        return None
+    wide: BarChart = upright_bars(groups, series)
+    narrow: BarChart = lying_bars(groups, series)
+    rows = tuple(Row(group, tuple(_error_cell(one, group) for one in series)) for group in groups)
+    table = Table("Texture RMSE of 255, per expression.", "Expression", tuple(one.name for one in series), rows)
+    return {"series": series, "wide": wide, "narrow": narrow, "table": table}
+
+
+def _series(document: Mapping[str, Any]) -> list[Series]:
+    methods = [(pack, f"pack-{i % 4}") for i, pack in enumerate(document["packs"])]
+    methods += [(rival, f"rival-{i % 4}") for i, rival in enumerate(document.get("baselines", []))]
+    return [
+        Series(
+            method["name"], method["texture_rmse_per_expression"], BY_KEY["texture_rmse"].of(method), tone
+        )
+        for method, tone in methods
+        if method.get("texture_rmse_per_expression")
+    ]
+
+
+def _error_cell(series: Series, group: str) -> Cell:
+    values = series.values
+    return Cell(BY_KEY["texture_rmse"].text(values[group]) if group in values else MISSING)
+
+
+def memory_table(document: Mapping[str, Any]) -> Table:
+    """What each way of storing the character's textures costs at run time and on disk."""
+    packs = document["packs"]
+    raw = packs[0]["bytes_raw"]
+    names = {pack["name"] for pack in packs}
+    others = [*document.get("memory", []), *document.get("baselines", [])]
+    rows = [_memory_row({"name": "raw textures", "bytes_on_gpu": raw}, raw, False)]
+    rows += [_memory_row(pack, raw, True) for pack in packs]
+    for other in others:
+        if other.get("bytes_on_gpu") and other["name"] not in names:
+            names.add(other["name"])
+            rows.append(_memory_row(other, raw, False))
+    columns = ("GPU memory, MB", "Saving", "On disk, MB", "Fetches a pixel", "Texture RMSE")
+    height, width = document["character"]["resolution"]
+    count = len(document["character"]["expressions"])
+    caption = f"{count} expressions and the neutral, {width} × {height} texels; 1 MB is 10⁶ bytes."
+    return Table(caption, "Stored as", columns, tuple(rows))
+
+
+def _memory_row(entry: Mapping[str, Any], raw: float, ours: bool) -> Row:
+    on_gpu, on_disk = entry["bytes_on_gpu"], entry.get("bytes_on_disk")
+    cells = (
+        Cell(megabytes(on_gpu), share=on_gpu / raw),
+        Cell(f"{number(raw / on_gpu, 1)}×"),
+        Cell(MISSING if on_disk is None else megabytes(on_disk)),
+        Cell(_count(entry.get("fetches"))),
+        Cell(BY_KEY["texture_rmse"].of(entry)),
+    )
+    return Row(entry["name"], cells, strong=ours)
+
+
+def _count(value: int | None) -> str:
+    return MISSING if value is None else str(value)

@@ -1,0 +1,85 @@
+"""The report of ``facezip validate``: verdict first, worst expression first, every number with its conditions."""
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from facezip.writing import write_whole
+from reports.cards import Card, make_cards
+from reports.conditions import condition_rows
+from reports.images import ColourScale
+from reports.metrics import IMAGE_METRICS, METRICS
+from reports.page import write_page
+from reports.pictures import HERO, OTHER, WORST
+from reports.summary import comparison_table, error_bars, headline, memory_table, tiles
+
+PAGE, DATA = "index.html", "report.json"
+
+
+def write_validation_report(document: Mapping[str, Any], folder: Path) -> Path:
+    """Write ``report.json`` and the page ``index.html`` that shows the same numbers and the renders.
+
+    Parameters
+    ----------
+    document : what :func:`render.validation.validate` returned (``facezip-validation/1``); optional ``baselines``
+        (texture errors of other methods), ``memory`` (rows of the memory table) and ``command``.
+    folder : where the document's EXR files are, and where both files go, each whole or not at all.
+
+    Returns
+    -------
+    The path of the page.
+
+    Raises
+    ------
+    FaceZipError
+        ``MISSING_FILE`` or ``UNREADABLE_IMAGE`` for a render, ``CANNOT_WRITE`` for the output.
+    """
+    data = strict(document)
+    scale = ColourScale.for_error(_largest_error(data))
+    pack = headline(data["packs"])
+    cards = make_cards(data, folder, pack, scale)
+    write_whole(folder / DATA, json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False).encode())
+    return write_page(folder / PAGE, "validation.html", **_context(data, pack, cards, scale))
+
+
+def _context(data: dict[str, Any], pack: int, cards: list[Card], scale: ColourScale) -> dict[str, Any]:
+    packs = data["packs"]
+    return {
+        "document": data,
+        "title": f"{data['character']['name']} – FaceZip validation",
+        "best": packs[pack],
+        "pack": pack,
+        "tiles": tiles(packs[pack]),
+        "hero": cards[0] if cards else None,
+        "cards": cards[1:],
+        "aspect": max((card.size[0] / card.size[1] for card in cards), default=1.0),
+        "comparison": comparison_table(packs),
+        "chart": error_bars(data, [card.expression for card in cards[1:]]),
+        "memory": memory_table(data),
+        "conditions": condition_rows(data),
+        "metrics": METRICS,
+        "image_metrics": IMAGE_METRICS,
+        "scale": scale,
+        "qualities": {"hero": HERO, "worst": WORST, "other": OTHER},
+    }
+
+
+def _largest_error(data: Mapping[str, Any]) -> float:
+    return max((pack["image_rmse"] or 0.0 for render in data["renders"] for pack in render["packs"]), default=0.0)
+
+
+def strict(value: Any) -> Any:
+    """A copy of plain data that JSON can hold: numpy numbers become Python's, NaN and infinities become null."""
+    if isinstance(value, Mapping):
+        return {str(key): strict(item) for key, item in value.items()}
+    if isinstance(value, list | tuple | np.ndarray):
+        return [strict(item) for item in value]
+    if isinstance(value, np.generic):
+        return strict(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
