@@ -57,7 +57,10 @@ class PairedRenderer:
         skin = MATERIALS[material]
         self._frame, self._resolution = frame, resolution
         self._heads = {rig: HeadMesh(topology, skin(grey(0.5))) for rig in rigs}
-        self._scenes = {rig: mi.load_dict(stage(head.shape, frame, rig)) for rig, head in self._heads.items()}
+        # Loaded in parallel, the lights come in any order, and with them the random numbers.
+        self._scenes = {
+            rig: mi.load_dict(stage(head.shape, frame, rig), parallel=False) for rig, head in self._heads.items()
+        }
         self._parameters = {rig: mi.traverse(scene) for rig, scene in self._scenes.items()}
         # The two ends of the affine function: all that the kernel needs to know of the skin.
         self._black, self._white = (mi.load_dict(skin(grey(albedo))) for albedo in (0.0, 1.0))

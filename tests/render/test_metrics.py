@@ -1,0 +1,78 @@
+import numpy as np
+import pytest
+
+from render.metrics import Picture, compare, delta_e, display, flip_map, head_crop, image_rmse, ssim_map
+
+RNG = np.random.default_rng(0)
+A = RNG.random((48, 40, 3)).astype(np.float32)
+B = np.clip(A + RNG.normal(0, 0.05, A.shape), 0, 1).astype(np.float32)
+HEAD = np.ones(A.shape[:2], bool)
+
+
+def test_equal_pictures_have_no_error_in_any_metric():
+    metrics = compare(Picture(A, HEAD), Picture(A.copy(), HEAD))
+    assert metrics == {
+        "image_rmse": 0, "psnr": None, "flip": 0, "delta_e_mean": 0, "delta_e_p95": 0, "ssim": 1,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("metric", [image_rmse, delta_e, flip_map, ssim_map])
+def test_metrics_are_symmetric(metric):
+    np.testing.assert_allclose(metric(A, B), metric(B, A), atol=1e-5)
+
+
+def test_a_larger_error_counts_for_more():
+    small, large = (compare(Picture(A, HEAD), Picture(A + t * (B - A), HEAD)) for t in (np.float32(0.5), np.float32(1)))
+    for metric in ("image_rmse", "flip", "delta_e_mean", "delta_e_p95"):
+        assert 0 < small[metric] < large[metric]
+    assert 1 > small["ssim"] > large["ssim"]
+
+
+def test_pixels_beside_the_head_do_not_count():
+    head = HEAD.copy()
+    head[:, 20:] = False
+    spoilt = A.copy()
+    spoilt[:, 39] = 0
+    assert compare(Picture(A, head), Picture(spoilt, head))["delta_e_p95"] == 0
+
+
+def test_rmse_and_psnr_are_in_units_of_255():
+    metrics = compare(Picture(A * 0, HEAD), Picture(A * 0 + np.float32(0.1), HEAD))
+    assert metrics["image_rmse"] == pytest.approx(25.5, rel=1e-6)
+    assert metrics["psnr"] == pytest.approx(20, rel=1e-6)
+
+
+# Sharma, Wu and Dalal (2005), Table 1: pairs 1, 7, 16, 17, 25 and 34.
+SHARMA = [
+    ((50.0000, 2.6772, -79.7751), (50.0000, 0.0000, -82.7485), 2.0425),
+    ((50.0000, 0.0000, 0.0000), (50.0000, -1.0000, 2.0000), 2.3669),
+    ((50.0000, 2.5000, 0.0000), (50.0000, 0.0000, -2.5000), 4.3065),
+    ((50.0000, 2.5000, 0.0000), (73.0000, 25.0000, -18.0000), 27.1492),
+    ((60.2574, -34.0099, 36.2677), (60.4626, -34.1751, 39.4387), 1.2644),
+    ((2.0776, 0.0795, -1.1350), (0.9033, -0.0636, -0.5514), 0.9082),
+]
+
+
+@pytest.mark.parametrize(("a", "b", "expected"), SHARMA)
+def test_delta_e_meets_the_published_pairs(a, b, expected):
+    from colour import Lab_to_XYZ, XYZ_to_sRGB
+
+    pair = [XYZ_to_sRGB(Lab_to_XYZ(np.array(lab))) for lab in (a, b)]
+    assert float(delta_e(*pair)) == pytest.approx(expected, abs=2e-3)
+
+
+def test_black_against_white_is_the_largest_flip():
+    black, white = np.zeros((32, 32, 3), np.float32), np.ones((32, 32, 3), np.float32)
+    assert flip_map(black, white)[8:24, 8:24].mean() == pytest.approx(0.9726, abs=0.03)
+
+
+def test_display_clips_and_encodes():
+    np.testing.assert_allclose(display(np.float32([-1, 0, 0.21404114, 1, 9])), [0, 0, 0.5, 1, 1], atol=1e-6)
+
+
+def test_a_crop_holds_the_head_and_little_else():
+    coverage = np.zeros((100, 80), np.float32)
+    coverage[40:60, 30:50] = 1
+    rows, columns = head_crop(coverage)
+    assert (rows.start, rows.stop, columns.start, columns.stop) == (28, 72, 18, 62)
+    assert head_crop(coverage * 0) == (slice(0, 100), slice(0, 80))
