@@ -57,10 +57,7 @@ class PairedRenderer:
         skin = MATERIALS[material]
         self._frame, self._resolution = frame, resolution
         self._heads = {rig: HeadMesh(topology, skin(grey(0.5))) for rig in rigs}
-        # Loaded in parallel, the lights come in any order, and with them the random numbers.
-        self._scenes = {
-            rig: mi.load_dict(stage(head.shape, frame, rig), parallel=False) for rig, head in self._heads.items()
-        }
+        self._scenes = {rig: mi.load_dict(stage(head.shape, frame, rig)) for rig, head in self._heads.items()}
         self._parameters = {rig: mi.traverse(scene) for rig, scene in self._scenes.items()}
         # The two ends of the affine function: all that the kernel needs to know of the skin.
         self._black, self._white = (mi.load_dict(skin(grey(albedo))) for albedo in (0.0, 1.0))
@@ -117,7 +114,7 @@ class PairedRenderer:
         scene = self._scenes[rig]
         surface = scene.ray_intersect(ray)
         head = surface.is_valid() & (surface.shape == mi.ShapePtr(self._heads[rig].shape))
-        light, arriving = scene.sample_emitter_direction(surface, sampler.next_2d(head), True, head)
+        light, arriving = _sample_light(scene, surface, sampler.next_2d(head), head)
         outgoing = surface.to_local(light.d)
         context = mi.BSDFContext()
         specular = self._black.eval(context, surface, outgoing, head)
@@ -136,6 +133,30 @@ class PairedRenderer:
         position = (corner + sampler.next_2d()) / self._resolution
         ray, _ = sensor.sample_ray(0.0, 0.5, position, mi.Point2f(0.5))
         return ray
+
+
+def _sample_light(scene: Any, surface: Any, sample: Any, active: Any) -> tuple[Any, Any]:
+    """A direction to a light and what arrives from there, with its shadow.
+
+    The scene's own sampling numbers the lights as they lie in memory, differently in every process; here they are
+    taken in the order of their names.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    lights = sorted(scene.emitters(), key=lambda emitter: str(emitter.id()))
+    weights = np.array([float(np.array(light.sampling_weight()).item()) for light in lights])
+    share = weights / weights.sum()
+    first = np.cumsum(share) - share
+    index = dr.zeros(mi.UInt32, dr.width(sample))
+    for start in first[1:]:
+        index += dr.select(sample.x >= float(start), mi.UInt32(1), mi.UInt32(0))
+    begin, chance = (dr.gather(mi.Float, mi.Float(values), index) for values in (first, share))
+    light = dr.gather(mi.EmitterPtr, dr.concat([mi.EmitterPtr(light) for light in lights]), index, active)
+    reused = mi.Point2f((sample.x - begin) / chance, sample.y)
+    direction, arriving = light.sample_direction(surface, reused, active)
+    shadowed = scene.ray_test(surface.spawn_ray_to(direction.p), active)
+    return direction, dr.select(shadowed, 0.0, arriving / chance)
 
 
 def _texture(encoded: NDArray[np.float32]) -> Any:

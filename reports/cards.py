@@ -1,12 +1,12 @@
 """One card an expression: its renders, the worst of them first, with pictures and numbers."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from reports.images import ColourScale
-from reports.metrics import IMAGE_METRICS
+from reports.metrics import BY_KEY, Metric, floor_text
 from reports.pictures import HERO, OTHER, WORST, Pictures, Quality, embed
 
 Render = Mapping[str, Any]
@@ -22,20 +22,20 @@ class View:
     floor: tuple[str, ...]
     numbers: tuple[tuple[str, ...], ...]
 
-    def data(self, embedded: bool) -> dict[str, Any]:
-        """What the page's script needs to show this render; without pictures where the page has them already."""
-        pictures = {
-            "original": self.pictures.original,
-            "compressed": self.pictures.compressed,
-            "difference": self.pictures.differences,
-        }
-        empty = {"original": None, "compressed": (), "difference": ()}
+    def data(self, shown: int | None = None) -> dict[str, Any]:
+        """What the page's script needs for this render; pictures that the page shows already (pack ``shown``) are null."""
+
+        def unless_shown(uris: tuple[str, ...]) -> list[str | None]:
+            return [None if i == shown else uri for i, uri in enumerate(uris)]
+
         return {
             "label": self.label,
             "exr": self.exr,
+            "original": None if shown is not None else self.pictures.original,
+            "compressed": unless_shown(self.pictures.compressed),
+            "difference": unless_shown(self.pictures.differences),
             "floor": self.floor,
             "numbers": self.numbers,
-            **(pictures if embedded else empty),
         }
 
 
@@ -55,14 +55,16 @@ class Card:
         return max((view.pictures.size for view in self.views), key=lambda size: size[0] / size[1])
 
     def data(self) -> dict[str, Any]:
-        """Everything that can be chosen on the card, without what it shows at first."""
-        return {"pack": self.pack, "views": [self.views[0].data(True), *(view.data(True) for view in self.views[1:])]}
+        """All that can be chosen on the card; the first render with the headline pack is in the page itself."""
+        return {"pack": self.pack, "views": [view.data(None if i else self.pack) for i, view in enumerate(self.views)]}
 
 
-def make_cards(document: Mapping[str, Any], folder: Path, pack: int, scale: ColourScale) -> list[Card]:
+def make_cards(
+    document: Mapping[str, Any], folder: Path, pack: int, scale: ColourScale, metrics: Sequence[Metric]
+) -> list[Card]:
     """The hero, and a card for each expression, worst first by image RMSE of the pack with index ``pack``.
 
-    The hero is the worst render of all, embedded without loss.
+    The hero is the worst render of all, embedded without loss. ``metrics`` are the columns of each card's numbers.
     """
     grouped = _worst_first(document["renders"], pack)
     if not grouped:
@@ -71,7 +73,7 @@ def make_cards(document: Mapping[str, Any], folder: Path, pack: int, scale: Colo
     for renders in grouped:
         jobs += [(render, OTHER if i else WORST) for i, render in enumerate(renders)]
     views = [
-        _view(render, pictures)
+        _view(render, pictures, metrics)
         for (render, _), pictures in zip(jobs, embed(jobs, folder, len(document["packs"]), scale), strict=True)
     ]
     cards = [_card(grouped[0][0], pack, views[:1], "hero")]
@@ -94,18 +96,18 @@ def _worst_first(renders: list[Render], pack: int) -> list[list[Render]]:
     return sorted(grouped, key=lambda group: error(group[0]), reverse=True)
 
 
-def _view(render: Render, pictures: Pictures) -> View:
+def _view(render: Render, pictures: Pictures, metrics: Sequence[Metric]) -> View:
     return View(
         label=place(render),
         exr=render["exr"],
         pictures=pictures,
-        floor=tuple(metric.of(render["noise_floor"]) for metric in IMAGE_METRICS),
-        numbers=tuple(tuple(metric.of(pack) for metric in IMAGE_METRICS) for pack in render["packs"]),
+        floor=tuple(floor_text(metric, render) for metric in metrics),
+        numbers=tuple(tuple(metric.of(pack) for metric in metrics) for pack in render["packs"]),
     )
 
 
 def _card(render: Render, pack: int, views: list[View], anchor: str) -> Card:
-    error = next(metric for metric in IMAGE_METRICS if metric.key == "image_rmse").of(render["packs"][pack])
+    error = BY_KEY["image_rmse"].of(render["packs"][pack])
     return Card(render["expression"], anchor, error, pack, tuple(views))
 
 

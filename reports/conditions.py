@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
+from reports.metrics import FLOOR, METRICS, measured
+
 LABELS = {
     "spp": "Samples per pixel",
     "sampler": "Sampler",
@@ -12,9 +14,9 @@ LABELS = {
     "views": "Views",
     "lights": "Lights",
     "skin": "Skin",
+    "light_transport": "Light transport",
     "region": "Image metrics over",
     "texture_region": "Texture metrics over",
-    "units": "Units",
     "display": "Display",
     "pixels_per_degree": "Pixels per degree",
     "variant": "Mitsuba variant",
@@ -27,7 +29,8 @@ LABELS = {
 def condition_rows(document: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Label and value of every condition of a document: character, rendering, versions, time; known ones first."""
     conditions = document["conditions"]
-    keys = [key for key in LABELS if key in conditions] + [key for key in conditions if key not in LABELS]
+    others = [key for key in conditions if key not in LABELS and key != "units"]
+    keys = [key for key in LABELS if key in conditions] + others
     rows = [("Character", _character(document["character"]))]
     rows += [(LABELS.get(key, key.replace("_", " ").capitalize()), words(conditions[key])) for key in keys]
     if "seconds" in document:
@@ -43,6 +46,15 @@ def _character(character: Mapping[str, Any]) -> str:
         f"{character['name']}: {len(character['expressions'])} expressions, {width} × {height} texels, "
         f"{character['channels']} channels, {character['vertices']:,} vertices, {character['triangles']:,} triangles"
     )
+
+
+def glossary(document: Mapping[str, Any]) -> list[tuple[str, str, str]]:
+    """Label, meaning and unit of every metric that a document's packs have, and of the noise floor."""
+    units = document["conditions"].get("units", {})
+    units = units if isinstance(units, Mapping) else {}
+    shown = measured(METRICS, document["packs"])
+    rows = [(metric.label, metric.meaning, units.get(metric.key, metric.unit)) for metric in shown]
+    return [*rows, (*FLOOR, units.get("noise_floor", ""))]
 
 
 def words(value: Any) -> str:

@@ -57,7 +57,7 @@ def nice_ticks(largest: float, count: int = TICKS) -> list[float]:
 
 def upright_bars(groups: Sequence[str], series: Sequence[Series], width: float = 1200) -> BarChart:
     """Bars that stand, groups from left to right: for wide pages."""
-    left, right, top, bottom = 36.0, width, 12.0, 292.0
+    left, right, top, bottom = 60.0, width, 12.0, 292.0
     ticks = nice_ticks(_largest(groups, series))
     scale = (bottom - top) / ticks[-1]
     slot = (right - left) / max(len(groups), 1)

@@ -21,46 +21,30 @@ BACKDROP = (24, 25, 27)
 COLOUR_MAP = "inferno"
 
 
-def read_parts(path: Path) -> list[NDArray[np.float32]]:
-    """Every part of a multi-part OpenEXR file as ``(H, W, 4)``: linear RGB premultiplied with coverage, and coverage.
-
-    A part without coverage is taken as covered everywhere.
+def read_coverage(path: Path) -> NDArray[np.float32]:
+    """Coverage ``(H, W)`` of the first part of a render, without reading the other parts.
 
     Raises
     ------
     FaceZipError
         ``MISSING_FILE`` or ``UNREADABLE_IMAGE``, naming the file.
     """
-    return list(_read(path, first_only=False))
-
-
-def read_coverage(path: Path) -> NDArray[np.float32]:
-    """Coverage ``(H, W)`` of the first part of an OpenEXR file; raises what :func:`read_parts` raises."""
-    return next(iter(_read(path, first_only=True)))[..., 3]
-
-
-def _read(path: Path, first_only: bool) -> Iterable[NDArray[np.float32]]:
     if not path.is_file():
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such render; validate again")
     image = oiio.ImageInput.open(str(path))
     if image is None:
-        raise FaceZipError(ErrorCode.UNREADABLE_IMAGE, f"{path}: {oiio.geterror().strip()}; validate again")
+        raise FaceZipError(ErrorCode.UNREADABLE_IMAGE, f"{path}: {_line(oiio.geterror())}; validate again")
     try:
-        part = 0
-        while image.seek_subimage(part, 0) and not (first_only and part):
-            pixels = image.read_image(oiio.FLOAT)
-            if pixels is None:
-                raise FaceZipError(ErrorCode.UNREADABLE_IMAGE, f"{path}: {image.geterror().strip()}; validate again")
-            yield _with_coverage(np.asarray(pixels, np.float32))
-            part += 1
+        pixels = image.read_image(0, 0, 3, 4, oiio.FLOAT)
+        if pixels is None:
+            raise FaceZipError(ErrorCode.UNREADABLE_IMAGE, f"{path}: {_line(image.geterror())}; validate again")
+        return np.asarray(pixels, np.float32).reshape(image.spec().height, image.spec().width)
     finally:
         image.close()
 
 
-def _with_coverage(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
-    if pixels.shape[2] >= 4:
-        return pixels[..., :4]
-    return np.concatenate([pixels[..., :3], np.ones((*pixels.shape[:2], 1), np.float32)], axis=2)
+def _line(text: str) -> str:
+    return (text.splitlines() or ["not a readable image"])[0].strip()
 
 
 def display(render: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -153,7 +137,7 @@ def data_uri(pixels: NDArray[np.uint8], quality: int | None = None) -> str:
     """An 8-bit picture ``(H, W, 3)`` as a WebP data URI, of ``quality`` 0..100, lossless without one."""
     file = BytesIO()
     if quality is None:
-        Image.fromarray(pixels).save(file, "webp", lossless=True, quality=10, method=1)
+        Image.fromarray(pixels).save(file, "webp", lossless=True, quality=0, method=0)
     else:
         Image.fromarray(pixels).save(file, "webp", quality=quality, method=1)
     return "data:image/webp;base64," + base64.b64encode(file.getvalue()).decode("ascii")

@@ -1,6 +1,6 @@
 """What reports call each metric, how they print it, and what it means."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -79,6 +79,10 @@ METRICS = (
 )  # fmt: skip
 
 IMAGE_METRICS = METRICS[1:]
+FLOOR = (
+    "Noise floor",
+    "The metric between two independent renders of the original: what the renderer's random numbers alone would show.",
+)
 BY_KEY = {metric.key: metric for metric in METRICS}
 
 
@@ -94,3 +98,23 @@ def number(value: float, digits: int) -> str:
 def megabytes(count: float) -> str:
     """Bytes in MB, powers of ten as in the paper: ``4.26``."""
     return number(count / 1e6, 2)
+
+
+def noise_floors(entry: Mapping[str, Any]) -> Mapping[str, float]:
+    """Noise floors by metric of a pack or a render; a single number is that of the image RMSE."""
+    floors = entry.get("noise_floor_per_metric", entry.get("noise_floor"))
+    if isinstance(floors, Mapping):
+        return floors
+    return {} if floors is None else {"image_rmse": floors}
+
+
+def floor_text(metric: Metric, entry: Mapping[str, Any]) -> str:
+    """The noise floor of a metric as text; nothing where it was not measured."""
+    floors = noise_floors(entry)
+    return metric.of(floors) if metric.key in floors else ""
+
+
+def measured(metrics: Iterable[Metric], entries: Iterable[Mapping[str, Any]]) -> tuple[Metric, ...]:
+    """The metrics that at least one of the entries has."""
+    keys = {key for entry in entries for key in entry}
+    return tuple(metric for metric in metrics if metric.key in keys)

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.progress import track
-from reports.images import BACKDROP, ColourScale, Crop, data_uri, difference, display, read_coverage, read_parts, to_bytes
+from render.exr import read_exr
+from reports.images import BACKDROP, ColourScale, Crop, data_uri, difference, display, read_coverage, to_bytes
 
 WORKERS = 2
 
@@ -54,7 +55,7 @@ def crops(renders: Sequence[Mapping[str, Any]], folder: Path) -> dict[str, Crop]
 def embed(
     jobs: Sequence[tuple[Mapping[str, Any], Quality]], folder: Path, packs: int, scale: ColourScale
 ) -> list[Pictures]:
-    """Encode renders of a document, each with its quality; raises what :func:`reports.images.read_parts` raises."""
+    """Encode renders of a document, each with its quality; raises what :func:`render.exr.read_exr` raises."""
     frames = crops([render for render, _ in jobs], folder)
 
     def one(job: tuple[Mapping[str, Any], Quality]) -> Pictures:
@@ -66,7 +67,7 @@ def embed(
 
 
 def _pictures(path: Path, crop: Crop, packs: int, scale: ColourScale, quality: Quality) -> Pictures:
-    parts = [crop.of(part) for part in read_parts(path)]
+    parts = [crop.of(part) for part in read_exr(path).values()]
     if len(parts) != packs + 1:
         raise FaceZipError(
             ErrorCode.UNREADABLE_IMAGE, f"{path}: {len(parts)} parts for an original and {packs} packs; validate again"

@@ -1,11 +1,12 @@
 """The numbers of a validation as tiles, tables and bars."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from reports.cards import place
 from reports.figures import BarChart, Series, lying_bars, upright_bars
-from reports.metrics import BY_KEY, METRICS, MISSING, Metric, megabytes, number
+from reports.metrics import BY_KEY, METRICS, MISSING, Metric, floor_text, measured, megabytes, number
 from reports.tables import Cell, Row, Table
 
 Pack = Mapping[str, Any]
@@ -18,11 +19,11 @@ def headline(packs: Sequence[Pack]) -> int:
 
 def tiles(pack: Pack) -> list[tuple[str, str, str]]:
     """Key figures of a pack: label, value, and what to hold it against."""
-    floors = pack.get("noise_floor_per_metric", {})
     rows = []
     for key in ("texture_rmse", "image_rmse", "delta_e_p95", "flip", "ssim"):
         metric = BY_KEY[key]
-        against = f"noise floor {metric.of(floors)}" if key in floors else metric.unit
+        floor = floor_text(metric, pack)
+        against = f"noise floor {floor}" if floor else metric.unit
         rows.append((metric.label, metric.of(pack), against))
     rows.append(("GPU memory", f"{saving(pack)}× less", f"{megabytes(pack['bytes_on_gpu'])} MB"))
     rows.append(("Texture fetches", _count(pack.get("fetches")), "a pixel"))
@@ -35,38 +36,52 @@ def saving(pack: Pack) -> str:
 
 
 def comparison_table(packs: Sequence[Pack]) -> Table:
-    """Metrics by packs: the mean over all renders with the worst case under it, best pack marked, and the floor."""
-    rows = []
-    for metric in METRICS:
-        if not any(metric.key in pack for pack in packs):
-            continue
-        best = _best(metric, packs)
-        floors = packs[0].get("noise_floor_per_metric", {})
-        cells = [Cell(metric.of(pack), _worst(metric, pack), best=i in best) for i, pack in enumerate(packs)]
-        rows.append(Row(metric.label, (Cell(metric.of(floors)), *cells), _direction(metric)))
-    return Table(
-        "Mean over all renders; in small print the worst of them, and where it is.",
-        "Metric",
-        ("Noise floor", *(pack["name"] for pack in packs)),
-        tuple(rows),
-    )
+    """Metrics by packs: the mean over all renders with the worst case beside it, best pack marked, and the floor."""
+    metrics = measured(METRICS, packs)
+    if len(packs) == 1:
+        rows = [Row(metric.label, _single(metric, packs[0]), _direction(metric)) for metric in metrics]
+        columns: tuple[str, ...] = ("Mean", "Noise floor", "Worst", "Where")
+        return Table("Mean over all renders, and the worst of them.", "Metric", columns, tuple(rows))
+    rows = [Row(metric.label, _several(metric, packs), _direction(metric)) for metric in metrics]
+    columns = ("Noise floor", *(pack["name"] for pack in packs))
+    caption = "Mean over all renders; in small print the worst of them, and where it is."
+    return Table(caption, "Metric", columns, tuple(rows))
+
+
+def _single(metric: Metric, pack: Pack) -> tuple[Cell, ...]:
+    value, where = _worst(metric, pack)
+    return Cell(metric.of(pack)), Cell(floor_text(metric, pack)), Cell(value), Cell(where)
+
+
+def _several(metric: Metric, packs: Sequence[Pack]) -> tuple[Cell, ...]:
+    best = _best(metric, packs)
+    cells = [
+        Cell(metric.of(pack), " · ".join(filter(None, _worst(metric, pack))), best=i in best)
+        for i, pack in enumerate(packs)
+    ]
+    return Cell(floor_text(metric, packs[0])), *cells
 
 
 def _best(metric: Metric, packs: Sequence[Pack]) -> set[int]:
     """Indices of the packs that lead; none where there is nothing to choose."""
-    infinite = float("inf")
-    values = [infinite if pack.get(metric.key) is None else pack[metric.key] for pack in packs]
+    # Without a value a PSNR is infinite; any other metric was not measured and cannot lead.
+    absent = -math.inf if metric.higher_is_better and metric.key != "psnr" else math.inf
+    values = [absent if pack.get(metric.key) is None else pack[metric.key] for pack in packs]
     leading = max(values) if metric.higher_is_better else min(values)
     best = {i for i, value in enumerate(values) if value == leading}
     return best if len(best) < len(packs) else set()
 
 
-def _worst(metric: Metric, pack: Pack) -> str:
+def _worst(metric: Metric, pack: Pack) -> tuple[str, str]:
+    """The worst value of a metric, and where it is; of the texture error, the worst expression."""
     worst = pack.get("worst", {}).get(metric.key)
+    errors = pack.get("texture_rmse_per_expression")
+    if worst is None and metric.key == "texture_rmse" and errors:
+        name = max(errors, key=errors.__getitem__)
+        worst = {"value": errors[name], "expression": name}
     if worst is None:
-        return ""
-    where = [part for part in (worst.get("expression"), place(worst)) if part]
-    return " · ".join([metric.text(worst["value"]), *where])
+        return "", ""
+    return metric.text(worst["value"]), " · ".join(part for part in (worst.get("expression"), place(worst)) if part)
 
 
 def _direction(metric: Metric) -> str:
@@ -77,7 +92,8 @@ def _direction(metric: Metric) -> str:
 def error_bars(document: Mapping[str, Any], order: Sequence[str]) -> dict[str, Any] | None:
     """The paper's Figure 6: texture RMSE of each expression and method, as a wide and a narrow chart."""
     series = _series(document)
-    groups = list(order) or list(document["character"]["expressions"])
+    measured_somewhere = {name for one in series for name in one.values}
+    groups = [name for name in order or document["character"]["expressions"] if name in measured_somewhere]
     if not series or not groups:
         return None
     wide: BarChart = upright_bars(groups, series)

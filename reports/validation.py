@@ -10,9 +10,9 @@ import numpy as np
 
 from facezip.writing import write_whole
 from reports.cards import Card, make_cards
-from reports.conditions import condition_rows
+from reports.conditions import condition_rows, glossary
 from reports.images import ColourScale
-from reports.metrics import IMAGE_METRICS, METRICS
+from reports.metrics import IMAGE_METRICS, measured
 from reports.page import write_page
 from reports.pictures import HERO, OTHER, WORST
 from reports.summary import comparison_table, error_bars, headline, memory_table, tiles
@@ -41,9 +41,10 @@ def write_validation_report(document: Mapping[str, Any], folder: Path) -> Path:
     data = strict(document)
     scale = ColourScale.for_error(_largest_error(data))
     pack = headline(data["packs"])
-    cards = make_cards(data, folder, pack, scale)
+    columns = measured(IMAGE_METRICS, (numbers for render in data["renders"] for numbers in render["packs"]))
+    cards = make_cards(data, folder, pack, scale, columns)
     write_whole(folder / DATA, json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False).encode())
-    return write_page(folder / PAGE, "validation.html", **_context(data, pack, cards, scale))
+    return write_page(folder / PAGE, "validation.html", **_context(data, pack, cards, scale), columns=columns)
 
 
 def _context(data: dict[str, Any], pack: int, cards: list[Card], scale: ColourScale) -> dict[str, Any]:
@@ -57,12 +58,11 @@ def _context(data: dict[str, Any], pack: int, cards: list[Card], scale: ColourSc
         "hero": cards[0] if cards else None,
         "cards": cards[1:],
         "aspect": max((card.size[0] / card.size[1] for card in cards), default=1.0),
-        "comparison": comparison_table(packs),
+        "comparison_table": comparison_table(packs),
         "chart": error_bars(data, [card.expression for card in cards[1:]]),
         "memory": memory_table(data),
         "conditions": condition_rows(data),
-        "metrics": METRICS,
-        "image_metrics": IMAGE_METRICS,
+        "glossary": glossary(data),
         "scale": scale,
         "qualities": {"hero": HERO, "worst": WORST, "other": OTHER},
     }

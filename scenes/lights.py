@@ -12,9 +12,9 @@ from scenes.cameras import Frame, look_at
 def studio(frame: Frame) -> dict[str, Any]:
     """A soft key from the upper left of the camera, a broad fill, and a rim from behind: a portrait."""
     return {
-        "key": _softbox(frame, (-0.9, 0.9, 1.5), 0.45, (16.5, 15.8, 14.8)),
-        "fill": _softbox(frame, (1.6, 0.1, 1.2), 0.65, (2.4, 2.5, 2.7)),
-        "rim": _softbox(frame, (1.2, 0.9, -1.3), 0.35, (15.0, 15.8, 17.0)),
+        "key": _softbox("key", frame, (-0.9, 0.9, 1.5), 0.45, (16.5, 15.8, 14.8)),
+        "fill": _softbox("fill", frame, (1.6, 0.1, 1.2), 0.65, (2.4, 2.5, 2.7)),
+        "rim": _softbox("rim", frame, (1.2, 0.9, -1.3), 0.35, (15.0, 15.8, 17.0)),
     }
 
 
@@ -28,8 +28,8 @@ def daylight(frame: Frame) -> dict[str, Any]:
 def side(frame: Frame) -> dict[str, Any]:
     """One small, hard light that rakes over the skin and reveals every wrinkle, with a trace of fill."""
     return {
-        "key": _softbox(frame, (-1.9, 0.5, 0.55), 0.15, (190.0, 180.0, 168.0)),
-        "fill": _softbox(frame, (1.6, 0.2, 1.4), 0.55, (1.3, 1.35, 1.5)),
+        "key": _softbox("key", frame, (-1.9, 0.5, 0.55), 0.15, (190.0, 180.0, 168.0)),
+        "fill": _softbox("fill", frame, (1.6, 0.2, 1.4), 0.55, (1.3, 1.35, 1.5)),
     }
 
 
@@ -42,7 +42,7 @@ DISTANCE = 6.0
 
 
 def _softbox(
-    frame: Frame, direction: tuple[float, float, float], size: float, radiance: tuple[float, float, float]
+    name: str, frame: Frame, direction: tuple[float, float, float], size: float, radiance: tuple[float, float, float]
 ) -> dict[str, Any]:
     """A square light that faces the head; ``size`` is its side over its distance."""
     import mitsuba as mi
@@ -53,7 +53,12 @@ def _softbox(
     return {
         "type": "rectangle",
         "to_world": look_at(origin, centre) @ scale,
-        "emitter": {"type": "area", "radiance": {"type": "rgb", "value": list(radiance)}},
+        "emitter": {
+            "type": "area",
+            "sampling_weight": 2.0 if name == "key" else 1.0,
+            "id": f"{name}_light",
+            "radiance": {"type": "rgb", "value": list(radiance)},
+        },
     }
 
 
