@@ -23,7 +23,7 @@ class View:
     numbers: tuple[tuple[str, ...], ...]
 
     def data(self, shown: int | None = None) -> dict[str, Any]:
-        """What the page's script needs for this render; pictures that the page shows already (pack ``shown``) are null."""
+        """What the page's script needs for this render; pictures of pack ``shown``, in the page already, are null."""
 
         def unless_shown(uris: tuple[str, ...]) -> list[str | None]:
             return [None if i == shown else uri for i, uri in enumerate(uris)]

@@ -52,7 +52,7 @@ def display(render: NDArray[np.float32]) -> NDArray[np.float32]:
 
     The head stands before :data:`BACKDROP`; values above 1 are clipped, as a display clips them.
     """
-    backdrop = decode_srgb(np.array(BACKDROP, np.float32) / 255)
+    backdrop = decode_srgb(np.float32(1 / 255) * np.array(BACKDROP, np.float32))
     linear = render[..., :3] + (1 - render[..., 3:4]) * backdrop
     return encode_srgb(np.clip(linear, 0, 1))
 
@@ -82,12 +82,13 @@ class ColourScale:
     @cached_property
     def table(self) -> NDArray[np.uint8]:
         """``(256, 3)`` colours from no difference to ``limit``."""
-        colours = matplotlib.colormaps[COLOUR_MAP](np.linspace(0, 1, 256))
-        return np.rint(colours[:, :3] * 255).astype(np.uint8)
+        colours = np.asarray(matplotlib.colormaps[COLOUR_MAP](np.linspace(0, 1, 256)), np.float32)
+        return to_bytes(colours[:, :3])
 
     def colours(self, differences: NDArray[np.float32]) -> NDArray[np.uint8]:
         """Differences ``(H, W)``, 0..255, as ``(H, W, 3)`` colours."""
-        return self.table[np.rint(np.clip(differences / self.limit, 0, 1) * 255).astype(np.intp)]
+        colours: NDArray[np.uint8] = self.table[to_bytes(differences / np.float32(self.limit))]
+        return colours
 
     def gradient(self, stops: int = 12) -> str:
         """The scale as the colours of a CSS gradient."""

@@ -91,7 +91,7 @@ def number(value: float, digits: int) -> str:
     if value in (0, 1):
         return str(int(value))
     if abs(value) < 0.5 * 10**-digits:
-        return f"<{10**-digits:.{digits}f}"
+        return f"{'>-' if value < 0 else '<'}{10**-digits:.{digits}f}"
     return f"{value:.{digits}f}"
 
 

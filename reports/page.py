@@ -1,4 +1,4 @@
-"""A template and its data become one HTML file that opens from disk: no network, nothing beside it, nothing executed."""
+"""A template and its data become one HTML file that opens from disk: no network, nothing beside it."""
 
 import base64
 import hashlib

@@ -107,9 +107,7 @@ def _series(document: Mapping[str, Any]) -> list[Series]:
     methods = [(pack, f"pack-{i % 4}") for i, pack in enumerate(document["packs"])]
     methods += [(rival, f"rival-{i % 4}") for i, rival in enumerate(document.get("baselines", []))]
     return [
-        Series(
-            method["name"], method["texture_rmse_per_expression"], BY_KEY["texture_rmse"].of(method), tone
-        )
+        Series(method["name"], method["texture_rmse_per_expression"], BY_KEY["texture_rmse"].of(method), tone)
         for method, tone in methods
         if method.get("texture_rmse_per_expression")
     ]

@@ -22,7 +22,7 @@ def numbers(scale):
 
 
 def make_document(folder, packs=("refined",), expressions=("smile", "frown"), views=("front", "side"), name="Ada"):
-    """Write the renders of a document into ``folder`` and return the document; later packs and expressions are worse."""
+    """Write renders into ``folder`` and return their document; later packs and expressions are worse."""
     (folder / "renders").mkdir(parents=True)
     renders = []
     for e, expression in enumerate(expressions):

@@ -1,0 +1,1 @@
+"""The embedded character's head: a procedural sculpt, its chart, and the 52 ARKit shapes."""
