@@ -60,6 +60,7 @@ def start() -> dict[str, str]:
             f"Dr.Jit was imported earlier and holds LLVM {version[0]}; start the renderer before drjit and mitsuba",
         )
     mitsuba.set_variant(VARIANT)
+    mitsuba.set_log_level(mitsuba.LogLevel.Error)
     return {
         "variant": VARIANT,
         "mitsuba": mitsuba.__version__,

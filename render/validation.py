@@ -202,8 +202,8 @@ def _summary(k: int, candidate: Candidate, renders: list[dict[str, Any]]) -> dic
     }
     rmse = means["image_rmse"]
     pack = {
-        "name": candidate.name,
         **candidate.facts,
+        "name": candidate.name,
         **means,
         "psnr": None if rmse == 0 else float(20 * np.log10(255 / rmse)),
         "noise_floor": float(np.mean([render["noise_floor"] for render in renders])),

@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 TICKS = 5
+LONGEST_NAME = 18
+GAP = 0.8
 
 
 @dataclass(frozen=True)
@@ -68,9 +70,10 @@ def upright_bars(groups: Sequence[str], series: Sequence[Series], width: float =
         labels.append((left + (i + 0.5) * slot, group))
         for j, one in enumerate(series):
             size = one.values.get(group, 0.0) * scale
-            bars.append(_bar(start + j * thick, bottom - size, thick, size, one, group))
+            bars.append(_bar(start + j * thick, bottom - size, thick - GAP, size, one, group))
     marks = tuple((bottom - tick * scale, f"{tick:g}") for tick in ticks)
-    return BarChart(width, bottom + 96, left, right, top, bottom, True, tuple(bars), marks, tuple(labels))
+    room = 26 + 4.6 * min(max(map(len, groups), default=0), LONGEST_NAME)
+    return BarChart(width, round(bottom + room, 1), left, right, top, bottom, True, tuple(bars), marks, tuple(labels))
 
 
 def lying_bars(groups: Sequence[str], series: Sequence[Series], width: float = 380) -> BarChart:
@@ -83,7 +86,7 @@ def lying_bars(groups: Sequence[str], series: Sequence[Series], width: float = 3
         start = top + i * (thick * len(series) + gap) + gap - 6
         labels.append((start - 6, group))
         for j, one in enumerate(series):
-            bars.append(_bar(left, start + j * thick, one.values.get(group, 0.0) * scale, thick, one, group))
+            bars.append(_bar(left, start + j * thick, one.values.get(group, 0.0) * scale, thick - GAP, one, group))
     bottom = top + len(groups) * (thick * len(series) + gap)
     marks = tuple((left + tick * scale, f"{tick:g}") for tick in ticks)
     return BarChart(width, bottom + 6, left, right, top, bottom, False, tuple(bars), marks, tuple(labels))

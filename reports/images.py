@@ -59,7 +59,8 @@ def display(render: NDArray[np.float32]) -> NDArray[np.float32]:
 
 def difference(original: NDArray[np.float32], compressed: NDArray[np.float32]) -> NDArray[np.float32]:
     """``(H, W)`` difference of two displayed pictures: the largest of the three channels, 0..255."""
-    largest: NDArray[np.float32] = np.abs(original - compressed).max(axis=2)
+    red, green, blue = (np.abs(original[..., i] - compressed[..., i]) for i in range(3))
+    largest: NDArray[np.float32] = np.maximum(np.maximum(red, green), blue)
     return largest * np.float32(255)
 
 
@@ -87,8 +88,7 @@ class ColourScale:
 
     def colours(self, differences: NDArray[np.float32]) -> NDArray[np.uint8]:
         """Differences ``(H, W)``, 0..255, as ``(H, W, 3)`` colours."""
-        colours: NDArray[np.uint8] = self.table[to_bytes(differences / np.float32(self.limit))]
-        return colours
+        return np.take(self.table, to_bytes(differences / np.float32(self.limit)), axis=0)
 
     def gradient(self, stops: int = 12) -> str:
         """The scale as the colours of a CSS gradient."""
@@ -115,8 +115,8 @@ class Crop:
             return cls(0, height, 0, width)
         edge = round(margin * max(height, width))
         return cls(
-            max(rows[0] - edge, 0), min(rows[-1] + 1 + edge, height),
-            max(columns[0] - edge, 0), min(columns[-1] + 1 + edge, width),
+            max(int(rows[0]) - edge, 0), min(int(rows[-1]) + 1 + edge, height),
+            max(int(columns[0]) - edge, 0), min(int(columns[-1]) + 1 + edge, width),
         )  # fmt: skip
 
     @property

@@ -26,8 +26,8 @@ class Quality:
 
 
 HERO = Quality(None, None)
-WORST = Quality(94, None)
-OTHER = Quality(80, 80)
+WORST = Quality(92, 88)
+OTHER = Quality(78, 70)
 
 
 @dataclass(frozen=True)
@@ -87,4 +87,5 @@ def _difference_map(
 ) -> NDArray[np.uint8]:
     """The difference in colours, on the backdrop where there is no head: no difference looks unlike no head."""
     colours = scale.colours(difference(original, compressed))
-    return np.where(coverage[..., None] > 0, colours, np.array(BACKDROP, np.uint8))
+    colours[coverage == 0] = BACKDROP
+    return colours

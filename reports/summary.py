@@ -6,7 +6,7 @@ from typing import Any
 
 from reports.cards import place
 from reports.figures import BarChart, Series, lying_bars, upright_bars
-from reports.metrics import BY_KEY, METRICS, MISSING, Metric, floor_text, measured, megabytes, number
+from reports.metrics import BY_KEY, METRICS, MISSING, Metric, floor_text, measured, megabytes, noise_floors, number
 from reports.tables import Cell, Row, Table
 
 Pack = Mapping[str, Any]
@@ -17,13 +17,26 @@ def headline(packs: Sequence[Pack]) -> int:
     return min(range(len(packs)), key=lambda index: packs[index]["image_rmse"])
 
 
+def distinctly_named(packs: Sequence[Pack]) -> list[dict[str, Any]]:
+    """The packs with their method added to names that occur twice, and a number where that is not enough."""
+    names = [pack["name"] for pack in packs]
+    labels = [
+        f"{name} ({pack['method']})" if names.count(name) > 1 else name for name, pack in zip(names, packs, strict=True)
+    ]
+    repeated = {label for label in labels if labels.count(label) > 1}
+    return [
+        {**pack, "name": f"{label} {i}" if label in repeated else label}
+        for i, (label, pack) in enumerate(zip(labels, packs, strict=True), 1)
+    ]
+
+
 def tiles(pack: Pack) -> list[tuple[str, str, str]]:
     """Key figures of a pack: label, value, and what to hold it against."""
     rows = []
     for key in ("texture_rmse", "image_rmse", "delta_e_p95", "flip", "ssim"):
         metric = BY_KEY[key]
-        floor = floor_text(metric, pack)
-        against = f"noise floor {floor}" if floor else metric.unit
+        floor, (worst, _) = floor_text(metric, pack), _worst(metric, pack)
+        against = f"noise floor {floor}" if floor else f"worst {worst}" if worst else metric.unit
         rows.append((metric.label, metric.of(pack), against))
     rows.append(("GPU memory", f"{saving(pack)}× less", f"{megabytes(pack['bytes_on_gpu'])} MB"))
     rows.append(("Texture fetches", _count(pack.get("fetches")), "a pixel"))
@@ -39,11 +52,15 @@ def comparison_table(packs: Sequence[Pack]) -> Table:
     """Metrics by packs: the mean over all renders with the worst case beside it, best pack marked, and the floor."""
     metrics = measured(METRICS, packs)
     if len(packs) == 1:
-        rows = [Row(metric.label, _single(metric, packs[0]), _direction(metric)) for metric in metrics]
+        rows = [Row(metric.label, _single(metric, packs[0]), _direction(metric, packs[0])) for metric in metrics]
         columns: tuple[str, ...] = ("Mean", "Noise floor", "Worst", "Where")
         return Table("Mean over all renders, and the worst of them.", "Metric", columns, tuple(rows))
-    rows = [Row(metric.label, _several(metric, packs), _direction(metric)) for metric in metrics]
-    columns = ("Noise floor", *(pack["name"] for pack in packs))
+    with_floors = sum(metric.key in noise_floors(packs[0]) for metric in metrics) > 1
+    rows = [
+        Row(metric.label, _several(metric, packs, with_floors), _direction(metric, packs[0], not with_floors))
+        for metric in metrics
+    ]
+    columns = (*(["Noise floor"] if with_floors else []), *(pack["name"] for pack in packs))
     caption = "Mean over all renders; in small print the worst of them, and where it is."
     return Table(caption, "Metric", columns, tuple(rows))
 
@@ -53,13 +70,13 @@ def _single(metric: Metric, pack: Pack) -> tuple[Cell, ...]:
     return Cell(metric.of(pack)), Cell(floor_text(metric, pack)), Cell(value), Cell(where)
 
 
-def _several(metric: Metric, packs: Sequence[Pack]) -> tuple[Cell, ...]:
+def _several(metric: Metric, packs: Sequence[Pack], with_floor: bool) -> tuple[Cell, ...]:
     best = _best(metric, packs)
     cells = [
         Cell(metric.of(pack), " · ".join(filter(None, _worst(metric, pack))), best=i in best)
         for i, pack in enumerate(packs)
     ]
-    return Cell(floor_text(metric, packs[0])), *cells
+    return (*([Cell(floor_text(metric, packs[0]))] if with_floor else []), *cells)
 
 
 def _best(metric: Metric, packs: Sequence[Pack]) -> set[int]:
@@ -84,9 +101,10 @@ def _worst(metric: Metric, pack: Pack) -> tuple[str, str]:
     return metric.text(worst["value"]), " · ".join(part for part in (worst.get("expression"), place(worst)) if part)
 
 
-def _direction(metric: Metric) -> str:
+def _direction(metric: Metric, pack: Pack, with_floor: bool = False) -> str:
+    floor = floor_text(metric, pack) if with_floor else ""
     better = "higher is better" if metric.higher_is_better else "lower is better"
-    return f"{metric.unit}, {better}" if metric.unit else better
+    return ", ".join(filter(None, (metric.unit, better, f"noise floor {floor}" if floor else "")))
 
 
 def error_bars(document: Mapping[str, Any], order: Sequence[str]) -> dict[str, Any] | None:

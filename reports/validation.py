@@ -15,7 +15,7 @@ from reports.images import ColourScale
 from reports.metrics import IMAGE_METRICS, measured
 from reports.page import write_page
 from reports.pictures import HERO, OTHER, WORST
-from reports.summary import comparison_table, error_bars, headline, memory_table, tiles
+from reports.summary import comparison_table, distinctly_named, error_bars, headline, memory_table, tiles
 
 PAGE, DATA = "index.html", "report.json"
 
@@ -39,11 +39,13 @@ def write_validation_report(document: Mapping[str, Any], folder: Path) -> Path:
         ``MISSING_FILE`` or ``UNREADABLE_IMAGE`` for a render, ``CANNOT_WRITE`` for the output.
     """
     data = strict(document)
+    text = json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False)
+    data["packs"] = distinctly_named(data["packs"])
     scale = ColourScale.for_error(_largest_error(data))
     pack = headline(data["packs"])
     columns = measured(IMAGE_METRICS, (numbers for render in data["renders"] for numbers in render["packs"]))
     cards = make_cards(data, folder, pack, scale, columns)
-    write_whole(folder / DATA, json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False).encode())
+    write_whole(folder / DATA, text.encode())
     return write_page(folder / PAGE, "validation.html", **_context(data, pack, cards, scale), columns=columns)
 
 

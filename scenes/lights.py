@@ -14,7 +14,7 @@ def studio(frame: Frame) -> dict[str, Any]:
     return {
         "key": _softbox("key", frame, (-0.9, 0.9, 1.5), 0.45, (16.5, 15.8, 14.8)),
         "fill": _softbox("fill", frame, (1.6, 0.1, 1.2), 0.65, (2.4, 2.5, 2.7)),
-        "rim": _softbox("rim", frame, (1.2, 0.9, -1.3), 0.35, (15.0, 15.8, 17.0)),
+        "rim": _softbox("rim", frame, (1.2, 0.9, -1.3), 0.35, (6.0, 6.4, 7.0)),
     }
 
 

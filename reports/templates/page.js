@@ -16,12 +16,44 @@ function bindWipe(card) {
     const on = frame.classList.toggle("blinking");
     blink.setAttribute("aria-pressed", String(on));
   });
+  bindZoom(card);
   borrow(card);
+}
+
+// All four pictures are magnified about one point, which follows the pointer or the arrow keys.
+function bindZoom(card) {
+  const [button, panels] = [card.querySelector(".zoom"), card.querySelector(".panels")];
+  const point = { x: 50, y: 40 };
+  let zoom = 1;
+  const update = () => {
+    panels.style.setProperty("--zoom", zoom);
+    panels.style.setProperty("--at", point.x + "% " + point.y + "%");
+    panels.classList.toggle("zoomed", zoom > 1);
+    button.textContent = "Zoom " + zoom + "×";
+  };
+  const moveTo = (x, y) => {
+    [point.x, point.y] = [x, y].map((value) => Math.min(100, Math.max(0, value)));
+    update();
+  };
+  button.addEventListener("click", () => { zoom = zoom === 4 ? 1 : zoom * 2; update(); });
+  button.addEventListener("keydown", (event) => {
+    const step = { ArrowLeft: [-4, 0], ArrowRight: [4, 0], ArrowUp: [0, -4], ArrowDown: [0, 4] }[event.key];
+    if (!step || zoom === 1) return;
+    event.preventDefault();
+    moveTo(point.x + step[0], point.y + step[1]);
+  });
+  panels.addEventListener("pointermove", (event) => {
+    const frame = event.target.closest(".frame");
+    if (!frame || zoom === 1) return;
+    const box = frame.getBoundingClientRect();
+    const along = event.target.type === "range" ? point.x : (100 * (event.clientX - box.left)) / box.width;
+    moveTo(along, (100 * (event.clientY - box.top)) / box.height);
+  });
 }
 
 // The wipe shows the pictures of its neighbours, which are in the page once.
 function borrow(card) {
-  const [under, over] = [".under", ".over"].map((name) => card.querySelector(".wipe " + name));
+  const [under, over] = [".under", ".over"].map((name) => card.querySelector(".wipe " + name + " img"));
   if (!under) return;
   under.src = card.querySelector("img.compressed").src;
   over.src = card.querySelector("img.original").src;
@@ -62,11 +94,5 @@ function showNumbers(card, view, index) {
 
 for (const card of document.querySelectorAll(".card")) {
   bindChoice(card);
-  // Far cards wait until they come near, so that opening the page decodes what is on screen.
-  const near = new IntersectionObserver((entries) => {
-    if (!entries.some((entry) => entry.isIntersecting)) return;
-    near.disconnect();
-    bindWipe(card);
-  }, { rootMargin: "1200px" });
-  near.observe(card);
+  bindWipe(card);
 }

@@ -28,7 +28,7 @@ def make_document(folder, packs=("refined",), expressions=("smile", "frown"), vi
     for e, expression in enumerate(expressions):
         for v, view in enumerate(views):
             file = f"renders/{e}.{v}.exr"
-            parts = {"original": head(0.25)} | {f"{k} {p}": head(0.25 + 0.001 * k) for k, p in enumerate(packs, 1)}
+            parts = {"original": head(0.25)} | {f"{k} {p}": head(0.25 + 0.02 * k) for k, p in enumerate(packs, 1)}
             write_exr(folder / file, parts, {})
             measured = [numbers((1 + 0.1 * e + 0.01 * v) * (k + 1)) for k in range(len(packs))]
             renders.append({"expression": expression, "view": view, "light": "studio", "exr": file,

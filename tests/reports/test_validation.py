@@ -180,11 +180,23 @@ def test_the_pack_with_the_lowest_image_error_leads(tmp_path):
     assert label == "Key figures of good"
 
 
+def test_packs_of_one_name_can_be_told_apart(tmp_path):
+    document = make_document(tmp_path, packs=("a", "b", "c"))
+    for pack, method in zip(document["packs"], ("paper", "pca", "pca"), strict=True):
+        pack |= {"name": "Ada", "method": method}
+    page = page_of(document, tmp_path)
+    assert {"Ada (paper)", "Ada (pca) 2", "Ada (pca) 3"} <= set(page.words)
+    assert json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))["packs"] == document["packs"]
+
+
 def test_best_is_marked_only_where_there_is_a_choice(comparison, tmp_path):
     several = page_of(comparison, tmp_path)
     assert several.words.count("best") == len(METRICS) + 1
     alone = make_document(tmp_path / "alone")
     assert page_of(alone, tmp_path / "alone").words.count("best") == 0
+    equal = make_document(tmp_path / "equal", packs=("a", "b"))
+    equal["packs"][1] = equal["packs"][0] | {"name": "b"}
+    assert page_of(equal, tmp_path / "equal").words.count("best") == 0
 
 
 def test_a_single_pack_offers_no_choice_of_packs(comparison, tmp_path):

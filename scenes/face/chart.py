@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 from facezip.meshes import Topology
 
+# The chart keeps this distance from the border of the texture.
+MARGIN = 0.004
+
 COLUMNS = 193
 ROWS = 134
 
@@ -43,7 +46,7 @@ def rays(h: NDArray[np.float64], a: NDArray[np.float64]) -> tuple[NDArray[np.flo
     Rays leave the neck's axis level, tilt down a little under the chin, and spread over the skull up to the crown.
     """
     lift = np.clip((h - POLE) / (CROWN - POLE), 0, 1) * np.pi / 2
-    dip = -0.45 * np.exp(-(((h + 10.5) / 3.5) ** 2)) * np.clip(np.cos(a), 0, 1)
+    dip = -0.5 * np.exp(-(((h + 11.0) / np.where(h > -11, 2.0, 3.2)) ** 2)) * np.clip(np.cos(a), 0, 1)
     level = np.clip(h, -100, POLE)
     forward = np.interp(level, [-16.5, -12.0, -8.0, -2.0, POLE], [-4.0, -3.0, 0.4, 1.0, 0.0])
     elevation = lift + dip
@@ -60,7 +63,7 @@ def grid_topology(rows: int = ROWS, columns: int = COLUMNS) -> Topology:
     right = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], 2)
     left = np.stack([np.stack([a, b, d], -1), np.stack([b, c, d], -1)], 2)
     face_uv = np.where(flip[:, :, None, None], left, right).reshape(-1, 3).astype(np.int32)
-    u, v = np.meshgrid(np.linspace(0.004, 0.996, columns), np.linspace(0.004, 0.996, rows))
+    u, v = np.meshgrid(np.linspace(MARGIN, 1 - MARGIN, columns), np.linspace(MARGIN, 1 - MARGIN, rows))
     welded = np.where(np.arange(rows * columns) % columns == columns - 1, np.arange(rows * columns) - columns + 1, 0)
     welded = np.where(np.arange(rows * columns) % columns == columns - 1, welded, np.arange(rows * columns))
     vertex = (welded - welded // columns).astype(np.int32)

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from facezip.meshes import Topology
 from facezip.rows import map_rows
-from scenes.head.chart import azimuths, grid_topology, heights, rays
-from scenes.head.features import Rows, cut_mouth, find_rows, open_eyes, warp_heights
-from scenes.head.sculpt import outermost
+from scenes.face.chart import azimuths, grid_topology, heights, rays
+from scenes.face.features import Rows, cut_mouth, find_rows, open_eyes, warp_heights
+from scenes.face.sculpt import outermost
 
 FAR = 27.0
 
@@ -65,7 +65,7 @@ def _relax_ears(positions: NDArray[np.float64]) -> None:
     """Even out the grid where it falls off the ears: rays from inside the head see their backs at a glance only."""
     x, y, z = np.moveaxis(positions, 2, 0)
     ears = (np.abs(x) > 6.0) & (y > -4.2) & (y < 4.6) & (z < 1.6) & (z > -5.0)
-    for _ in range(6):
+    for _ in range(2):
         mean = (np.roll(positions, 1, 0) + np.roll(positions, -1, 0)) / 4
         mean += (np.roll(positions, 1, 1) + np.roll(positions, -1, 1)) / 4
         positions[ears] = mean[ears]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.head.sculpt import EYE
+from scenes.face.sculpt import EYE
 
 LID_HALF_WIDTH = 1.52
 # How far the eyeball lies behind the lid margins, and how far it bulges between them.

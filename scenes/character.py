@@ -1,0 +1,98 @@
+"""The embedded character: a folder's worth of scans of a person who never was, and the truth behind them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.character import Character
+from facezip.progress import track
+from scenes.face.capture import Nuisances, captured
+from scenes.face.expressions import expression_weights
+from scenes.face.head import Head, build_head
+from scenes.face.shapes import ARKIT_SHAPES, shape_deltas
+from scenes.face.skin.albedo import complexion, neutral_albedo
+from scenes.face.skin.sampling import TexelGrid, closed
+from scenes.face.skin.strain import strain
+from scenes.face.skin.wrinkles import wrinkled
+
+
+@dataclass(frozen=True, eq=False)
+class Person:
+    """The truth: geometry and texture for any weights of the 52 shapes.
+
+    Attributes
+    ----------
+    head : the neutral head.
+    deltas : ``(52, V, 3)`` float32, cm.
+    albedo : ``(R, R, 3)`` float32, encoded sRGB, of the neutral.
+    seed : which person.
+    """
+
+    head: Head
+    deltas: NDArray[np.float32]
+    albedo: NDArray[np.float32]
+    seed: int
+
+    @staticmethod
+    def make(resolution: int, seed: int = 0) -> "Person":
+        """The person with this seed, with textures of ``resolution`` x ``resolution``."""
+        head = build_head()
+        return Person(head, shape_deltas(head), neutral_albedo(head, resolution, complexion(seed)), seed)
+
+    def vertices(self, weights: dict[str, float]) -> NDArray[np.float32]:
+        """``(V, 3)`` of a blend of shapes, equation (7)."""
+        moved = self.head.vertices.copy()
+        for name, weight in weights.items():
+            moved += np.float32(weight) * self.deltas[ARKIT_SHAPES.index(name)]
+        return moved
+
+    def texture(self, weights: dict[str, float]) -> NDArray[np.float32]:
+        """``(R, R, 3)`` float32 in [0, 1], encoded sRGB, of a blend of shapes: what its strain does to the skin."""
+        if not weights:
+            return self.albedo
+        return wrinkled(self.albedo, self.head, strain(self.head, self.vertices(weights)), self.seed)
+
+
+def make_character(resolution: int = 512, expressions: int = 20, seed: int = 0, nuisances: float = 1.0) -> Character:
+    """Scans of the embedded character: 8-bit textures, meshes, and the mask of the face region.
+
+    Parameters
+    ----------
+    resolution : side of the square textures, 64 to 8192 texels.
+    expressions : how many; the first twenty have names, further ones are seeded compounds.
+    seed : which person, and which noise.
+    nuisances : strength of misregistration, sensor noise and exposure drift; 0 for none, 1 for a good capture.
+    """
+    person = Person.make(resolution, seed)
+    named = expression_weights(expressions, seed)
+    strengths = Nuisances().scaled(nuisances)
+    rng = np.random.default_rng([seed, 3])
+    neutral = _bytes(captured(person.albedo, strengths, rng, registered=True))
+    textures = np.empty((len(named), *neutral.shape), np.uint8)
+    for n, weights in enumerate(track(named.values(), "Making the character", len(named))):
+        textures[n] = _bytes(captured(person.texture(weights), strengths, rng))
+    return Character(
+        name="character",
+        topology=person.head.topology,
+        expressions=tuple(named),
+        neutral_vertices=person.head.vertices,
+        vertices=np.stack([person.vertices(weights) for weights in named.values()]),
+        neutral=neutral,
+        textures=textures,
+        mask=face_mask(person.head, resolution),
+    )
+
+
+def face_mask(head: Head, resolution: int) -> NDArray[np.float32]:
+    """``(R, R)`` of 0 and 1: the face from the hairline to the throat and to the ears."""
+    texels = TexelGrid.of(head, resolution)
+    rows, columns = texels.row_of.round().astype(int), texels.column_of.round().astype(int)
+    x, y, z = np.moveaxis(closed(head, head.vertices)[rows][:, columns], 2, 0)
+    inside = (z > 0.6) & (y > -12.5) & (y < 9.5) & (np.abs(x) < 7.4)
+    return inside.astype(np.float32)
+
+
+def _bytes(texture: NDArray[np.float32]) -> NDArray[np.uint8]:
+    rounded: NDArray[np.uint8] = np.rint(texture * 255).astype(np.uint8)
+    return rounded

@@ -1,0 +1,51 @@
+"""What a capture adds to the truth: misregistration, sensor noise, drift of the exposure."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import map_coordinates, zoom
+
+
+@dataclass(frozen=True)
+class Nuisances:
+    """Strengths; 0 switches one off exactly.
+
+    Attributes
+    ----------
+    misregistration : root mean square of a smooth UV error, in texels of a 512 x 512 texture.
+    noise : standard deviation of the sensor's noise at mid grey, in units of 0..255.
+    drift : standard deviation of the exposure, relative; a quarter of it a channel for the white balance.
+    """
+
+    misregistration: float = 0.55
+    noise: float = 1.0
+    drift: float = 0.01
+
+    def scaled(self, strength: float) -> "Nuisances":
+        """All nuisances times ``strength``."""
+        return Nuisances(self.misregistration * strength, self.noise * strength, self.drift * strength)
+
+
+def captured(
+    texture: NDArray[np.float32], nuisances: Nuisances, rng: np.random.Generator, registered: bool = False
+) -> NDArray[np.float32]:
+    """A texture ``(R, R, C)`` as a capture gives it; ``registered`` ones, the neutral, are not warped."""
+    if nuisances.misregistration > 0 and not registered:
+        texture = _warped(texture, nuisances.misregistration * len(texture) / 512, rng)
+    if nuisances.drift > 0:
+        gains = 1 + nuisances.drift * (rng.normal() + 0.25 * rng.normal(size=texture.shape[2]))
+        texture = texture * gains.astype(np.float32)
+    if nuisances.noise > 0:
+        grain = rng.standard_normal(texture.shape, np.float32) * np.float32(nuisances.noise / 255)
+        texture = texture + grain * np.sqrt(0.3 + 1.4 * np.clip(texture, 0, 1))
+    return np.clip(texture, 0, 1).astype(np.float32)
+
+
+def _warped(texture: NDArray[np.float32], amount: float, rng: np.random.Generator) -> NDArray[np.float32]:
+    side = len(texture)
+    rough = rng.normal(0, amount, (2, 7, 7))
+    smooth = np.stack([zoom(field, side / 7, order=3, mode="nearest", grid_mode=True) for field in rough])
+    where = np.indices((side, side)) + smooth
+    moved = [map_coordinates(texture[..., c], where, order=1, mode="nearest") for c in range(texture.shape[2])]
+    return np.stack(moved, axis=2)

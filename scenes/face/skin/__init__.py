@@ -1,0 +1,1 @@
+"""Skin evaluated at the texel: albedo, and what expressions do to it."""

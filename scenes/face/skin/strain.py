@@ -1,0 +1,80 @@
+"""How an expression stretches and folds the skin: the strain of the surface, on the grid of the chart."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
+
+from scenes.face.head import Head
+from scenes.face.skin.sampling import closed
+
+# Skin folds before it is compressed further than this.
+MOST = 0.6
+
+
+@dataclass(frozen=True, eq=False)
+class Strain:
+    """The strain of the skin between the neutral and a deformed head.
+
+    Attributes
+    ----------
+    compression : ``(rows, columns)`` in [0, MOST], how much the surface shrinks along its most compressed direction.
+    line : ``(rows, columns, 3)`` unit vectors on the neutral surface, at right angles to that direction: where
+        wrinkles run. Signs are arbitrary.
+    area : ``(rows, columns)``, relative change of area, negative where blood is pressed together.
+    """
+
+    compression: NDArray[np.float32]
+    line: NDArray[np.float32]
+    area: NDArray[np.float32]
+
+
+def strain(head: Head, vertices: NDArray[np.float32]) -> Strain:
+    """Strain of the head's skin for deformed ``vertices`` ``(V, 3)``; none on eyeballs and in the mouth."""
+    before, after = (_tangents(closed(head, points).astype(np.float64)) for points in (head.vertices, vertices))
+    frame = _frames(before)
+    # Tangents in the neutral's frame; F maps the neutral's to the deformed ones, C = FᵀF is its metric.
+    local = np.einsum("rcki,rcji->rckj", frame, before)
+    deformation = np.einsum("rcji,rcjk->rcik", after, np.linalg.pinv(local).swapaxes(2, 3).swapaxes(2, 3))
+    metric = np.einsum("rcik,rcil->rckl", deformation, deformation)
+    skin = _skin(head)[..., None, None]
+    excess = _smoothed((metric - np.eye(2)) * skin)
+    values, vectors = np.linalg.eigh(excess)
+    stretch = np.sqrt(np.maximum(1 + values, 0.05))
+    compression = np.clip(1 - stretch[..., 0], 0, MOST) * skin[..., 0, 0]
+    line = np.einsum("rck,rcki->rci", vectors[..., 1], frame)
+    area = (stretch.prod(axis=2) - 1) * skin[..., 0, 0]
+    return Strain(compression.astype(np.float32), line.astype(np.float32), area.astype(np.float32))
+
+
+def _tangents(grid: NDArray[np.float64]) -> NDArray[np.float64]:
+    """``(rows, columns, 2, 3)``: central differences along columns and rows."""
+    return np.stack([np.gradient(grid, axis=1), np.gradient(grid, axis=0)], axis=2)
+
+
+def _frames(tangents: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Orthonormal tangent frames ``(rows, columns, 2, 3)``."""
+    first = tangents[..., 0, :] / np.maximum(np.linalg.norm(tangents[..., 0, :], axis=2, keepdims=True), 1e-9)
+    rest = tangents[..., 1, :] - np.sum(tangents[..., 1, :] * first, axis=2, keepdims=True) * first
+    second = rest / np.maximum(np.linalg.norm(rest, axis=2, keepdims=True), 1e-9)
+    return np.stack([first, second], axis=2)
+
+
+def _skin(head: Head) -> NDArray[np.float64]:
+    """1 on skin, 0 where rows cross an eye or fold into the mouth, where the grid is no surface that wrinkles."""
+    rows = head.rows
+    grid = closed(head, head.vertices)
+    skin = np.ones(grid.shape[:2])
+    front = grid[..., 2] > 4
+    x = np.abs(grid[..., 0])
+    eye = front & (x > 1.5) & (x < 4.8)
+    skin[rows.lower_lid - 1 : rows.upper_lid + 2][eye[rows.lower_lid - 1 : rows.upper_lid + 2]] = 0
+    mouth = front & (x < 2.6)
+    skin[rows.lower_lip - 1 : rows.upper_lip + 2][mouth[rows.lower_lip - 1 : rows.upper_lip + 2]] = 0
+    return skin
+
+
+def _smoothed(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Skin is stiff: strain spreads over about a centimetre."""
+    return gaussian_filter(np.clip(values, -0.9, 1.5), (3.0, 4.0, 0, 0))
