@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from facezip.character import Character
 from facezip.fragments import differences_of_row, texel_scale
 from facezip.model import CompressedTextures
-from facezip.rows import map_rows
+from facezip.rows import map_rows, sum_rows
 
 
 def principal_components(character: Character, count: int) -> CompressedTextures:
@@ -36,9 +36,9 @@ def difference_gram(character: Character) -> NDArray[np.float64]:
     weight = np.ones(character.resolution, np.float32) if character.mask is None else character.mask
 
     def block(top: int, bottom: int) -> NDArray[np.float64]:
-        return _gram(top, bottom, *stored, weight)  # type: ignore[no-any-return]
+        return _gram(top, bottom, *stored, weight)
 
-    lower = np.sum(map_rows(block, character.resolution[0]), axis=0)
+    lower = sum_rows(block, character.resolution[0])
     gram: NDArray[np.float64] = np.tril(lower) + np.tril(lower, -1).T
     return gram
 

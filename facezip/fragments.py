@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 from facezip.character import Character
 from facezip.masks import Masks, masks_at
 from facezip.progress import track
-from facezip.rows import map_rows
+from facezip.rows import sum_rows
 
 STARTS = 10
 
@@ -37,9 +37,9 @@ def masked_gram(character: Character, masks: Masks) -> NDArray[np.float64]:
     stored = character.textures, character.neutral, scale
 
     def block(top: int, bottom: int) -> NDArray[np.float64]:
-        return _masked_gram(top, bottom, *stored, masks.first, masks.active, *masks.lookup)  # type: ignore[no-any-return]
+        return _masked_gram(top, bottom, *stored, masks.first, masks.active, *masks.lookup)
 
-    packed = np.sum(map_rows(block, character.resolution[0]), axis=0)
+    packed = sum_rows(block, character.resolution[0])
     return _unpack(packed, n)
 
 
@@ -71,7 +71,8 @@ def lloyd(rows: NDArray[np.float64], start: NDArray[np.int64]) -> KMeans:
     with warnings.catch_warnings():
         # Fewer different fragments than clusters: a region that hardly moves. Empty clusters are fine then.
         warnings.simplefilter("ignore", ConvergenceWarning)
-        return KMeans(len(start), init=rows[start], n_init=1, algorithm="lloyd").fit(rows)
+        # The tolerance is a share of the variance per coordinate, of which pixels have more than Gram rows: none.
+        return KMeans(len(start), init=rows[start], n_init=1, tol=0, algorithm="lloyd").fit(rows)
 
 
 def gram_rows(gram: NDArray[np.float64]) -> NDArray[np.float64]:

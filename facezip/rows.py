@@ -5,6 +5,9 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 Result = TypeVar("Result")
 
 # Fixed, so that sums over blocks are taken in the same order on every machine.
@@ -19,3 +22,11 @@ def map_rows(work: Callable[[int, int], Result], height: int) -> list[Result]:
     blocks = [(top, min(top + BLOCK, height)) for top in range(0, height, BLOCK)]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         return list(pool.map(lambda block: work(*block), blocks))
+
+
+def sum_rows(work: Callable[[int, int], NDArray[np.float64]], height: int) -> NDArray[np.float64]:
+    """The sum of ``work(first_row, last_row)`` over all blocks of rows, always in the same order."""
+    total, *rest = map_rows(work, height)
+    for part in rest:
+        total += part
+    return total

@@ -149,11 +149,11 @@ def _sample_light(scene: Any, surface: Any, sample: Any, active: Any) -> tuple[A
     share = weights / weights.sum()
     first = np.cumsum(share) - share
     index = dr.zeros(mi.UInt32, dr.width(sample))
-    for start in first[1:]:
-        index += dr.select(sample.x >= float(start), mi.UInt32(1), mi.UInt32(0))
-    begin, chance = (dr.gather(mi.Float, mi.Float(values), index) for values in (first, share))
+    for begin in first[1:]:
+        index += dr.select(sample.x >= float(begin), mi.UInt32(1), mi.UInt32(0))
+    offset, chance = (dr.gather(mi.Float, mi.Float(values), index) for values in (first, share))
     light = dr.gather(mi.EmitterPtr, dr.concat([mi.EmitterPtr(light) for light in lights]), index, active)
-    reused = mi.Point2f((sample.x - begin) / chance, sample.y)
+    reused = mi.Point2f((sample.x - offset) / chance, sample.y)
     direction, arriving = light.sample_direction(surface, reused, active)
     shadowed = scene.ray_test(surface.spawn_ray_to(direction.p), active)
     return direction, dr.select(shadowed, 0.0, arriving / chance)

@@ -19,7 +19,7 @@ from render.exr import write_exr
 from render.llvm import start
 from render.metrics import METRICS, PIXELS_PER_DEGREE, UNITS, Picture, compare, display, head_crop
 from render.noise import Halves, debiased_rmse, noise_floor
-from render.paired import PairedRenderer
+from render.paired import Images, PairedRenderer
 from render.verdict import verdict
 from scenes.cameras import VIEWS, View, frame_of
 from scenes.lights import RIGS
@@ -133,6 +133,12 @@ def validate(
                 # Rendering must not run ahead of measuring: every pending shot holds its images.
                 pending[-5].result()
         renders = [future.result() for future in pending]
+        floors = list(pool.map(lambda pair: _noise_floor(*pair), _repeats(character, renderer, settings)))
+    for render in renders:
+        floor = next(
+            floor for shot, floor in floors if (shot.view.name, shot.light) == (render["view"], render["light"])
+        )
+        render["noise_floor"] = floor | {"image_rmse": render["noise_floor"]}
     total = perf_counter() - begin
     return {
         "format": FORMAT,
@@ -153,7 +159,7 @@ def _shots(
     clock: dict[str, float],
 ) -> Iterator[tuple[Shot, Halves]]:
     names = (NEUTRAL, *character.expressions)
-    looks = list(product(VIEWS[: settings.views], list(RIGS)[: settings.lights]))
+    looks = _looks(settings)
     with task("Rendering", len(names) * len(looks)) as advance:
         for name in names:
             renderer.pose(character.mesh_vertices(name))
@@ -167,6 +173,28 @@ def _shots(
                 clock["render"] += perf_counter() - begin
                 yield Shot(name, view, light), Halves(*halves)
                 advance()
+
+
+def _repeats(character: Character, renderer: PairedRenderer, settings: Settings) -> Iterator[tuple[Shot, list[Images]]]:
+    """The neutral, twice, with independent random numbers and all samples: what noise alone does to every metric."""
+    renderer.pose(character.neutral_vertices)
+    texture = [character.texture(NEUTRAL)]
+    for view, light in _looks(settings):
+        seeds = (2 * settings.seed, 2 * settings.seed + 2**20)
+        images = [
+            Halves(*(renderer.render(texture, view, light, settings.spp // 2, seed + half) for half in range(2))).mean
+            for seed in seeds
+        ]
+        yield Shot(NEUTRAL, view, light), images
+
+
+def _noise_floor(shot: Shot, images: list[Images]) -> tuple[Shot, dict[str, float | None]]:
+    crop, head = head_crop(images[0].coverage), images[0].coverage >= 0.5
+    return shot, compare(*(Picture(display(image.linear[0][crop]), head[crop]) for image in images))
+
+
+def _looks(settings: Settings) -> list[tuple[View, str]]:
+    return list(product(VIEWS[: settings.views], list(RIGS)[: settings.lights]))
 
 
 def _measure(
@@ -206,7 +234,10 @@ def _summary(k: int, candidate: Candidate, renders: list[dict[str, Any]]) -> dic
         "name": candidate.name,
         **means,
         "psnr": None if rmse == 0 else float(20 * np.log10(255 / rmse)),
-        "noise_floor": float(np.mean([render["noise_floor"] for render in renders])),
+        "noise_floor": float(np.mean([render["noise_floor"]["image_rmse"] for render in renders])),
+        "noise_floor_per_metric": {
+            metric: float(np.mean([render["noise_floor"][metric] for render in renders])) for metric in METRICS
+        },
         "worst": {metric: _worst(k, metric, renders) for metric in (*METRICS, "image_rmse_debiased")},
     }
     level, sentence = verdict(pack)

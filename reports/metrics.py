@@ -50,8 +50,8 @@ METRICS = (
         "shaded on the same light paths, so that nearly all of it is compression and nearly none of it noise.",
     ),
     Metric(
-        "image_rmse_debiased", "Image RMSE, debiased", "of 255", 2, False,
-        "The same from two pairs with independent seeds, √mean((A₀−B₀)(A₁−B₁)): what is left of the noise cancels.",
+        "image_rmse_debiased", "Debiased RMSE", "of 255", 2, False,
+        "Image RMSE from two pairs with independent seeds, √mean((A₀−B₀)(A₁−B₁)): what is left of the noise cancels.",
     ),
     Metric(
         "psnr", "PSNR", "dB", 1, True,

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character import Character
+from facezip.errors import ErrorCode, FaceZipError
 from facezip.progress import track
 from scenes.face.capture import Nuisances, captured
 from scenes.face.expressions import expression_weights
@@ -63,7 +64,15 @@ def make_character(resolution: int = 512, expressions: int = 20, seed: int = 0, 
     expressions : how many; the first twenty have names, further ones are seeded compounds.
     seed : which person, and which noise.
     nuisances : strength of misregistration, sensor noise and exposure drift; 0 for none, 1 for a good capture.
+
+    Raises
+    ------
+    FaceZipError
+        ``BAD_VALUE`` for a size or number outside its range.
     """
+    if not (64 <= resolution <= 8192 and expressions >= 2):
+        reason = f"{resolution} texels and {expressions} expressions; make 64 to 8192 texels and at least 2"
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"the embedded character cannot have {reason}")
     person = Person.make(resolution, seed)
     named = expression_weights(expressions, seed)
     strengths = Nuisances().scaled(nuisances)
@@ -85,11 +94,11 @@ def make_character(resolution: int = 512, expressions: int = 20, seed: int = 0, 
 
 
 def face_mask(head: Head, resolution: int) -> NDArray[np.float32]:
-    """``(R, R)`` of 0 and 1: the face from the hairline to the throat and to the ears."""
+    """``(R, R)`` of 0 and 1: the face from the hairline to the throat, to the ears and under the angles of the jaw."""
     texels = TexelGrid.of(head, resolution)
     rows, columns = texels.row_of.round().astype(int), texels.column_of.round().astype(int)
     x, y, z = np.moveaxis(closed(head, head.vertices)[rows][:, columns], 2, 0)
-    inside = (z > 0.6) & (y > -12.5) & (y < 9.5) & (np.abs(x) < 7.4)
+    inside = (z > np.where(y < -3.5, -2.6, 0.4)) & (y > -13.8) & (y < 9.5) & (np.abs(x) < 7.4)
     return inside.astype(np.float32)
 
 

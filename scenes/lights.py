@@ -34,7 +34,7 @@ def side(frame: Frame) -> dict[str, Any]:
 
 
 # In the order in which `--lights N` takes them.
-RIGS: dict[str, Callable[[Frame], dict[str, Any]]] = {"studio": studio, "daylight": daylight, "side": side}
+RIGS: dict[str, Callable[[Frame], dict[str, Any]]] = {"studio": studio, "side": side, "daylight": daylight}
 
 
 # Farther out than any camera, so that no light stands between a camera and the head.

@@ -21,12 +21,20 @@ REPORT = "report"
 @click.option("-o", "--output", type=options.FOLDER, default=Path("facezip-demo"), show_default=True, metavar="DIR")
 @click.option("--resolution", default=512, show_default=True, metavar="TEXELS", help="Side of the textures.")
 @click.option("--expressions", default=20, show_default=True, metavar="N", help="How many expressions.")
+@click.option("--image-resolution", default=384, show_default=True, metavar="PIXELS", help="Side of the renders.")
 @click.option("--spp", default=16, show_default=True, metavar="N", help="Samples per pixel of the renders.")
 @click.option("--seed", default=0, show_default=True, metavar="S", help="Another seed, another person.")
 @options.overwrite
 @options.as_json
 def command(
-    output: Path, resolution: int, expressions: int, spp: int, seed: int, overwrite: bool, as_json: bool
+    output: Path,
+    resolution: int,
+    expressions: int,
+    image_resolution: int,
+    spp: int,
+    seed: int,
+    overwrite: bool,
+    as_json: bool,
 ) -> None:
     """Make a character, compress it, render both and write the report: DIR/report/index.html.
 
@@ -44,7 +52,9 @@ def command(
         pack = folder / "character.facezip"
         compressed = write_measured(scans, compress(scans, **settings), pack, False, settings)
         (folder / REPORT).mkdir()
-        document = validate(scans, [candidate(scans, pack)], folder / REPORT, Settings(spp=spp, seed=seed))
+        document = validate(
+            scans, [candidate(scans, pack)], folder / REPORT, Settings(resolution=image_resolution, spp=spp, seed=seed)
+        )
         document |= {"baselines": baselines(scans, seed), "command": "facezip demo"}
         write_validation_report(document, folder / REPORT)
     answer = {**compressed, "output": str(output), "report": str(output / REPORT / "index.html")}

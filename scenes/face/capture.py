@@ -34,8 +34,8 @@ def captured(
     if nuisances.misregistration > 0 and not registered:
         texture = _warped(texture, nuisances.misregistration * len(texture) / 512, rng)
     if nuisances.drift > 0:
-        gains = 1 + nuisances.drift * (rng.normal() + 0.25 * rng.normal(size=texture.shape[2]))
-        texture = texture * gains.astype(np.float32)
+        drift = rng.normal() + 0.25 * rng.normal(size=texture.shape[2])
+        texture = texture * np.asarray(1 + nuisances.drift * drift, np.float32)
     if nuisances.noise > 0:
         grain = rng.standard_normal(texture.shape, np.float32) * np.float32(nuisances.noise / 255)
         texture = texture + grain * np.sqrt(0.3 + 1.4 * np.clip(texture, 0, 1))

@@ -19,7 +19,9 @@ ROWS = 134
 def _spaced(count: int, low: float, high: float, peaks: list[tuple[float, float, float]]) -> NDArray[np.float64]:
     """``count`` values from ``low`` to ``high`` with density 1 + Σ height·exp(-((x - centre)/width)²)."""
     x = np.linspace(low, high, 4000)
-    density = 1 + sum(height * np.exp(-(((x - centre) / width) ** 2)) for centre, width, height in peaks)
+    density = np.ones_like(x)
+    for centre, width, height in peaks:
+        density += height * np.exp(-(((x - centre) / width) ** 2))
     mass = np.concatenate([[0], np.cumsum((density[1:] + density[:-1]) / 2)])
     return np.interp(np.linspace(0, mass[-1], count), mass, x)
 
@@ -38,20 +40,33 @@ def heights() -> NDArray[np.float64]:
 
 POLE = 2.0
 CROWN = 13.0
+# How rays fan out under the chin: height parameter, height and depth of the origin, elevation in degrees.
+_UNDER_CHIN = np.array(
+    [
+        [-13.5, -13.5, -3.4, 0.0],
+        [-12.3, -10.4, -1.2, -27.0],
+        [-11.4, -8.0, 1.0, -54.0],
+        [-9.8, -8.0, 1.0, -24.0],
+        [-8.8, -8.0, 1.0, -9.0],
+        [-7.8, -7.8, 0.43, 0.0],
+    ]
+)
 
 
 def rays(h: NDArray[np.float64], a: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Origins on the head's axis and unit directions outwards, ``(rows, columns, 3)``, for heights and azimuths.
 
-    Rays leave the neck's axis level, tilt down a little under the chin, and spread over the skull up to the crown.
+    Rays leave the neck's axis level, fan out under the chin, and spread over the skull up to the crown.
     """
     lift = np.clip((h - POLE) / (CROWN - POLE), 0, 1) * np.pi / 2
-    dip = -0.5 * np.exp(-(((h + 11.0) / np.where(h > -11, 2.0, 3.2)) ** 2)) * np.clip(np.cos(a), 0, 1)
     level = np.clip(h, -100, POLE)
     forward = np.interp(level, [-16.5, -12.0, -8.0, -2.0, POLE], [-4.0, -3.0, 0.4, 1.0, 0.0])
-    elevation = lift + dip
+    below, back, dip = (np.interp(h, _UNDER_CHIN[:, 0], _UNDER_CHIN[:, column]) for column in (1, 2, 3))
+    ahead = np.clip(np.cos(a), 0, 1) * ((h > _UNDER_CHIN[0, 0]) & (h < _UNDER_CHIN[-1, 0]))
+    level, forward = level + ahead * (below - level), forward + ahead * (back - forward)
+    elevation = lift + ahead * np.radians(dip)
     direction = np.stack([np.sin(a) * np.cos(elevation), np.sin(elevation), np.cos(a) * np.cos(elevation)], axis=2)
-    origin = np.stack([np.zeros_like(h), level - 3.0 * np.tan(dip), forward], axis=2)
+    origin = np.stack([np.zeros_like(h), level, forward], axis=2)
     return origin, direction
 
 

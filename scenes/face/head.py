@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from facezip.meshes import Topology
 from facezip.rows import map_rows
 from scenes.face.chart import azimuths, grid_topology, heights, rays
+from scenes.face.ears import graft_ears
 from scenes.face.features import Rows, cut_mouth, find_rows, open_eyes, warp_heights
 from scenes.face.sculpt import outermost
 
@@ -44,7 +45,7 @@ def build_head() -> Head:
     rows = find_rows(h[:, 0])
     first = _surface(h, a)
     positions = _surface(warp_heights(h, first[..., 0], rows), a)
-    _relax_ears(positions)
+    graft_ears(positions)
     open_eyes(positions, rows)
     cut_mouth(positions, rows)
     vertices = positions[:, :-1].astype(np.float32)
@@ -59,13 +60,3 @@ def _surface(h: NDArray[np.float64], a: NDArray[np.float64]) -> NDArray[np.float
         return (o + outermost(o, d, FAR)[:, None] * d).reshape(bottom - top, -1, 3)
 
     return np.concatenate(map_rows(trace, len(h)))
-
-
-def _relax_ears(positions: NDArray[np.float64]) -> None:
-    """Even out the grid where it falls off the ears: rays from inside the head see their backs at a glance only."""
-    x, y, z = np.moveaxis(positions, 2, 0)
-    ears = (np.abs(x) > 6.0) & (y > -4.2) & (y < 4.6) & (z < 1.6) & (z > -5.0)
-    for _ in range(2):
-        mean = (np.roll(positions, 1, 0) + np.roll(positions, -1, 0)) / 4
-        mean += (np.roll(positions, 1, 1) + np.roll(positions, -1, 1)) / 4
-        positions[ears] = mean[ears]

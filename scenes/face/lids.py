@@ -7,12 +7,9 @@ from scenes.face.features import LID_HALF_WIDTH
 from scenes.face.head import Head
 from scenes.face.sculpt import EYE
 
-# The surface on which lids slide: the ellipsoid of the sculpt.
-_LID_RADII = np.array([1.62, 1.40, 1.44])
-
 # How far the upper and the lower lid travel, as shares of the open eye, and the name of the shape.
 _LID_SHAPES = {
-    "eyeBlink": (-0.97, 0.02),
+    "eyeBlink": (-1.0, 0.03),
     "eyeWide": (0.24, -0.06),
     "eyeSquint": (-0.16, 0.36),
     "eyeLookDown": (-0.42, -0.03),
@@ -52,26 +49,31 @@ def _eye_columns(head: Head, sign: int) -> NDArray[np.float64]:
 
 
 def _lids(head: Head, sign: int, upper: float, lower: float) -> NDArray[np.float64]:
+    """Turn the lids about the eyeball by shares of its opening; rows between the margins are squeezed or stretched."""
     grid = head.grid(head.vertices).astype(np.float64)
-    columns = _eye_columns(head, sign) > 0
-    y = grid[..., 1]
-    low, high = y[head.rows.lower_lid], y[head.rows.upper_lid]
-    opening = np.where(columns, high - low, 0)
-    t = np.clip((y - low) / np.maximum(high - low, 1e-6), 0, 1)
-    # Skin above the upper margin follows it less and less up to the crease, and below the lower one likewise.
-    above = np.clip(1 - (y - high) / 1.15, 0, 1) ** 2
-    below = np.clip(1 - (low - y) / 1.3, 0, 1) ** 2
-    share = np.where(y > high, upper * above, np.where(y < low, lower * below, lower + t * (upper - lower)))
-    dy = share * opening * (np.abs(y - EYE[1]) < 3)
+    elevation, radius = _about_eye(grid)
+    low, high = elevation[head.rows.lower_lid], elevation[head.rows.upper_lid]
+    opening = (high - low) * np.minimum(_eye_columns(head, sign) / 0.2, 1)
+    t = np.clip((elevation - low) / np.maximum(high - low, 0.02), -0.5, 1.5)
+    # Skin above the upper margin follows it less and less up to the brow, and below the lower one likewise.
+    above = np.clip(1 - (elevation - high) / 0.52, 0, 1) ** 1.6
+    below = np.clip(1 - (low - elevation) / 0.7, 0, 1) ** 2
+    rows = np.arange(head.shape[0])[:, None]
+    inner = lower + t * (upper - lower)
+    share = np.where(
+        rows >= head.rows.upper_lid, upper * above, np.where(rows <= head.rows.lower_lid, lower * below, inner)
+    )
+    turned = elevation + share * opening * (grid[..., 2] > EYE[2])
     moved = np.zeros_like(grid)
-    moved[..., 1] = dy
-    moved[..., 2] = np.where(dy != 0, _lid_depth(grid, y + dy) - _lid_depth(grid, y), 0)
+    moved[..., 1] = radius * (np.sin(turned) - np.sin(elevation))
+    moved[..., 2] = radius * (np.cos(turned) - np.cos(elevation))
     return moved.reshape(-1, 3)
 
 
-def _lid_depth(grid: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
-    dx, dy = (np.abs(grid[..., 0]) - EYE[0]) / _LID_RADII[0], (y - EYE[1]) / _LID_RADII[1]
-    return _LID_RADII[2] * np.sqrt(np.maximum(1 - dx * dx - dy * dy, 0.08))
+def _about_eye(grid: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Elevation in radians and distance of points from the horizontal axis through the eyeballs' centres."""
+    y, z = grid[..., 1] - EYE[1], grid[..., 2] - EYE[2]
+    return np.arctan2(y, z), np.hypot(y, z)
 
 
 def _gaze(head: Head, sign: int, dx: float, dy: float) -> NDArray[np.float64]:

@@ -113,27 +113,8 @@ def _mouth(d: float, x: float, y: float, z: float) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _ear(d: float, x: float, y: float, z: float) -> float:
-    # Ear coordinates: the plate leans back and stands off the skull towards its rear edge.
-    u = (z + 1.1) + 0.18 * (y - 0.3)
-    w = x - (7.35 - 0.38 * u)
-    v = y - 0.25
-    plate = ellipsoid(w, v, u, 0.0, 0.0, 0.0, 0.42, 3.05, 1.75)
-    plate = join(plate, ellipsoid(w, v, u, 0.05, -2.55, 0.45, 0.40, 0.85, 0.75), 0.4)
-    plate = carve(plate, ellipsoid(w, v, u, 0.55, 0.15, 0.1, 0.42, 2.15, 1.10), 0.25)
-    rim = np.sqrt((np.sqrt((v / 3.0) ** 2 + (u / 1.7) ** 2) - 0.93) ** 2 * 4.2 + (w - 0.22) ** 2) - 0.22
-    if v < -1.6:
-        rim += (-1.6 - v) * 0.8
-    plate = join(plate, rim, 0.25)
-    plate = join(plate, capsule(w, v, u, 0.25, 1.4, -0.25, 0.30, -1.2, -0.72, 0.20, 0.26), 0.3)
-    plate = carve(plate, ellipsoid(w, v, u, 0.35, -0.55, 0.35, 0.55, 0.95, 0.62), 0.25)
-    plate = join(plate, ellipsoid(w, v, u, 0.22, -0.55, 1.15, 0.30, 0.48, 0.30), 0.3)
-    return join(d, plate, 0.5)
-
-
-@njit(cache=True, nogil=True)
 def distance(x: float, y: float, z: float) -> float:
-    """Signed distance (cm, negative inside) to the neutral head, before lids are opened and the mouth is cut."""
+    """Signed distance (cm, negative inside) to the head without ears, its eyes and its mouth still closed."""
     # A trace of asymmetry: no face is its own mirror image.
     x = x + 0.05 * np.sin(0.35 * y + 0.6) + 0.03 * np.sin(0.5 * z)
     y = y + 0.010 * x
@@ -141,8 +122,7 @@ def distance(x: float, y: float, z: float) -> float:
     d = join(_skull(side, y, z), _neck(side, y, z), 2.2)
     d = _mouth(d, side, y, z)
     d = _nose(d, side, y, z)
-    d = _eye(d, side, y, z)
-    return _ear(d, side, y, z)
+    return _eye(d, side, y, z)
 
 
 @njit(cache=True, nogil=True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from scenes.face.lids import gaze, lids
 
 Field = NDArray[np.float64]
 JAW_JOINT = np.array([0.0, -1.2, -0.3])
+JAW_OPEN = np.radians(17.0)
 
 
 @dataclass(frozen=True)
@@ -29,9 +31,15 @@ class Pull:
 
 
 SIDED = {
-    "browDown": [Pull((1.7, 2.6, 8.2), (2.1, 1.5, 3), (-0.24, -0.58, 0.12)), Pull((3.8, 2.8, 7), (1.6, 1.3, 3), (-0.1, -0.3, 0))],
+    "browDown": [
+        Pull((1.7, 2.6, 8.2), (2.1, 1.5, 3), (-0.24, -0.58, 0.12)),
+        Pull((3.8, 2.8, 7), (1.6, 1.3, 3), (-0.1, -0.3, 0)),
+    ],
     "browOuterUp": [Pull((4.0, 2.9, 7.2), (2.0, 2.2, 3), (0.06, 0.85, -0.05))],
-    "cheekSquint": [Pull((3.7, -1.5, 7.2), (2.0, 1.5, 3), (-0.05, 0.52, 0.16)), Pull((5.0, 0.2, 5.6), (1.2, 1.4, 2), (-0.28, 0.05, 0.1))],
+    "cheekSquint": [
+        Pull((3.7, -1.5, 7.2), (2.0, 1.5, 3), (-0.05, 0.52, 0.16)),
+        Pull((5.0, 0.2, 5.6), (1.2, 1.4, 2), (-0.28, 0.05, 0.1)),
+    ],
     "mouthDimple": [Pull((2.5, -6.1, 8.0), (1.3, 1.3, 2), (0.34, 0.06, -0.42))],
     "mouthFrown": [Pull((2.4, -6.2, 8.0), (1.5, 1.7, 2.5), (0.14, -0.68, -0.1))],
     "mouthPress": [Pull((2.2, -6.1, 8.2), (1.2, 1.0, 2), (0.12, 0.05, -0.12))],
@@ -73,11 +81,15 @@ def shape_deltas(head: Head) -> NDArray[np.float32]:
     skin = _skin(points)[:, None]
     fields = _central(head, points)
     for name, pulls in SIDED.items():
-        _add_sides(fields, name, points, lambda p, pulls=pulls: sum(pull.field(p) for pull in pulls) * skin)
+        _add_sides(fields, name, points, partial(_pulled, pulls, skin))
     _add_sides(fields, "mouthLowerDown", points, lambda p: _lip(head, p, (1.2, -6.9, 8.7), (0.05, -0.62, -0.06), True))
     _add_sides(fields, "mouthUpperUp", points, lambda p: _lip(head, p, (1.2, -5.6, 8.8), (0.04, 0.52, 0.06), False))
     fields |= lids(head) | gaze(head)
     return np.stack([fields[name] for name in ARKIT_SHAPES]).astype(np.float32)
+
+
+def _pulled(pulls: list[Pull], skin: Field, points: Field) -> Field:
+    return np.sum([pull.field(points) for pull in pulls], axis=0) * skin
 
 
 def _add_sides(fields: dict[str, Field], name: str, points: Field, field: Callable[[Field], Field]) -> None:
@@ -88,16 +100,16 @@ def _add_sides(fields: dict[str, Field], name: str, points: Field, field: Callab
 
 def _central(head: Head, points: Field) -> dict[str, Field]:
     skin = _skin(points)[:, None]
-    fields = {name: sum(pull.field(points) for pull in pulls) * skin for name, pulls in CENTRAL.items()}
+    fields = {name: _pulled(pulls, skin, points) for name, pulls in CENTRAL.items()}
     jaw = jaw_weight(head, points)[:, None]
     mouth = np.exp(-np.sum(((points - [0, -6.1, 8.6]) / [2.7, 1.7, 3.0]) ** 2, axis=1))[:, None]
     over = (points[:, 1] - lip_line(points[:, 0]))[:, None]
     x = points[:, :1]
     zero = np.zeros_like(x)
-    opened = _turned(points, np.radians(17.0)) * jaw
+    opened = _turned(points, JAW_OPEN) * jaw
     pucker = mouth * np.hstack([-0.42 * x, -0.10 * over, 0.75 + zero])
-    lower = (1 - _above(head, points))[:, None]
-    funnel = mouth * np.hstack([-0.30 * x, np.where(lower > 0.5, -0.30, 0.26), 0.62 + zero])
+    lower = _below(head, points, 1.9, 0.5)[:, None]
+    funnel = mouth * np.hstack([-0.30 * x, 0.28 - 0.58 * lower, 0.62 + zero])
     roll = mouth * np.hstack([zero, -0.35 * over, -0.32 + zero])
     cheek = np.exp(-np.sum(((np.abs(points) - [4.2, 5.0, 6.0]) / [1.9, 2.1, 3.0]) ** 2, axis=1)) * (points[:, 2] > 0)
     fields |= {
@@ -109,7 +121,7 @@ def _central(head: Head, points: Field) -> dict[str, Field]:
         "mouthFunnel": funnel,
         "mouthRollLower": roll * lower,
         "mouthRollUpper": roll * (1 - lower),
-        "mouthClose": -opened * mouth**0.5 * lower * 0.8,
+        "mouthClose": mouth**0.7 * (0.30 - 0.98 * jaw) * _turned(points, JAW_OPEN) * [0, 1, 0.6],
         "mouthLeft": mouth * np.hstack([0.75 + zero, 0 * x, -0.02 * x]),
         "mouthRight": mouth * np.hstack([-0.75 + zero, 0 * x, 0.02 * x]),
         "cheekPuff": cheek[:, None] * np.hstack([0.75 * np.sign(x), zero, 0.45 + zero]),
@@ -120,16 +132,9 @@ def _central(head: Head, points: Field) -> dict[str, Field]:
 
 def jaw_weight(head: Head, points: Field) -> NDArray[np.float64]:
     """``(V,)`` how much of the jaw's motion a point follows: all of it below the lips, none above, shared beside."""
-    x, y, z = points.T
-    beside = np.clip((np.abs(x) - 1.9) / 3.4, 0, 1)
-    width = 0.5 + 5.2 * beside
-    ramp = _smooth(0.5 + (lip_line(np.minimum(np.abs(x), 3.0)) - 0.9 * beside - y) / width)
-    parted = 1 - _smooth((np.abs(x) - 1.3) / (MOUTH_HALF_WIDTH - 1.3))
-    near = np.exp(-(((y + 6.1) / 1.1) ** 2)) * parted
-    shared = 0.5 * (1 - parted) + parted * (1 - _above(head, points))
-    weight = ramp * (1 - near) + near * (1 - _above(head, points))
-    weight = np.where(_in_pocket(head), shared, weight)
-    return weight * _smooth((y + 15.5) / 5.0) * _smooth((z + 3.0) / 4.5)
+    _, y, z = points.T
+    neck = _smooth((y + 0.22 * np.maximum(z - 1, 0) + 13.0) / 3.8)
+    return _below(head, points, 0.9, 1.4) * neck * _smooth((z + 1.5) / 6.5) * _smooth((-1.6 - y) / 3.5)
 
 
 def _turned(points: Field, angle: float) -> Field:
@@ -142,7 +147,8 @@ def _turned(points: Field, angle: float) -> Field:
 def _lip(
     head: Head, points: Field, centre: tuple[float, float, float], move: tuple[float, float, float], lower: bool
 ) -> Field:
-    side = 1 - _above(head, points) if lower else _above(head, points)
+    below = _below(head, points, 1.9, 0.5)
+    side = below if lower else 1 - below
     return Pull(centre, (1.15, 1.1, 2.5), move).field(points) * side[:, None]
 
 
@@ -154,12 +160,20 @@ def _tongue(head: Head, points: Field) -> Field:
     return inside[:, None] * np.array([0.0, -0.35, 3.4])
 
 
-def _above(head: Head, points: Field) -> NDArray[np.float64]:
-    """1 above the line of the lips, 0 below; in the pocket, by the rows of the grid."""
+def _below(head: Head, points: Field, start: float, fade: float) -> NDArray[np.float64]:
+    """1 under the line of the lips, 0 above; in the pocket, by the rows of the grid.
+
+    The step is sharp between the lips, softens from ``|x| = start`` on, and is ``fade`` cm wide (growing outwards) at
+    and beyond the corners of the mouth.
+    """
+    x, pocket = np.abs(points[:, 0]), _in_pocket(head)
     rows = np.arange(len(points)) // head.shape[1]
     middle = (head.rows.lower_lip + head.rows.upper_lip) / 2
-    by_line = (points[:, 1] > lip_line(points[:, 0])).astype(np.float64)
-    return np.where(_in_pocket(head), np.clip(rows - middle + 0.5, 0, 1), by_line)
+    over = np.where(pocket, 0.0, points[:, 1] - lip_line(np.minimum(x, MOUTH_HALF_WIDTH)))
+    sharp = np.where(pocket, np.clip((middle + 1 - rows) / 2, 0, 1), over < 0)
+    beyond = np.maximum(x - MOUTH_HALF_WIDTH, 0) + 0.3 * np.maximum(6.0 - points[:, 2], 0)
+    soft = _smooth(0.5 - over / (2 * fade + 1.2 * beyond))
+    return sharp + _smooth((x - start) / (MOUTH_HALF_WIDTH - start)) * (soft - sharp)
 
 
 def _in_pocket(head: Head) -> NDArray[np.bool_]:

@@ -57,6 +57,7 @@ def test_the_document_is_strict_json_with_its_conditions(result):
 def test_the_same_run_gives_the_same_numbers(character, result, tmp_path):
     again = validate(character, [Candidate("same", character.texture, FACTS)], tmp_path, SMALL)
     noise = [render["noise_floor"] for render in again["renders"]]
+    assert {*noise[0]} >= {"image_rmse", "flip", "delta_e_mean", "delta_e_p95", "ssim"}
     assert noise == [render["noise_floor"] for render in result[0]["renders"]]
 
 

@@ -36,7 +36,7 @@ def strain(head: Head, vertices: NDArray[np.float32]) -> Strain:
     frame = _frames(before)
     # Tangents in the neutral's frame; F maps the neutral's to the deformed ones, C = FᵀF is its metric.
     local = np.einsum("rcki,rcji->rckj", frame, before)
-    deformation = np.einsum("rcji,rcjk->rcik", after, np.linalg.pinv(local).swapaxes(2, 3).swapaxes(2, 3))
+    deformation = np.einsum("rcji,rcjk->rcik", after, np.linalg.pinv(local))
     metric = np.einsum("rcik,rcil->rckl", deformation, deformation)
     skin = _skin(head)[..., None, None]
     excess = _smoothed((metric - np.eye(2)) * skin)
@@ -71,6 +71,8 @@ def _skin(head: Head) -> NDArray[np.float64]:
     eye = front & (x > 1.5) & (x < 4.8)
     skin[rows.lower_lid - 1 : rows.upper_lid + 2][eye[rows.lower_lid - 1 : rows.upper_lid + 2]] = 0
     mouth = front & (x < 2.6)
+    # At the crown the columns meet in a point.
+    skin[-3:] = 0
     skin[rows.lower_lip - 1 : rows.upper_lip + 2][mouth[rows.lower_lip - 1 : rows.upper_lip + 2]] = 0
     return skin
 

@@ -1,0 +1,37 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from facezip.measure import mean_rmse, texture_errors
+from tests.facezip.conftest import random_character
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+def test_a_character_has_no_error_against_itself(dtype):
+    character = random_character(dtype=dtype)
+    assert set(texture_errors(character, character.texture).values()) == {0.0}
+
+
+def test_errors_are_root_mean_squares_in_grey_levels(character):
+    other = np.random.default_rng(0).random((32, 32, 3)).astype(np.float32)
+    errors = texture_errors(character, lambda name: other)
+    for name in character.expressions:
+        expected = 255 * np.sqrt(np.mean((character.texture(name) - other) ** 2))
+        assert errors[name] == pytest.approx(expected, rel=1e-5)
+
+
+def test_texels_count_by_their_mask(character):
+    mask = np.random.default_rng(1).random((32, 32)).astype(np.float32)
+    error = texture_errors(replace(character, mask=mask), lambda name: character.texture("neutral"))["expr_1"]
+    squared = ((character.texture("expr_1") - character.texture("neutral")) ** 2).mean(axis=2)
+    assert error == pytest.approx(255 * np.sqrt(np.average(squared, weights=mask)), rel=1e-5)
+
+
+def test_one_grey_level_everywhere_is_an_error_of_one(character):
+    errors = texture_errors(character, lambda name: character.texture(name) + np.float32(1 / 255))
+    assert mean_rmse(errors) == pytest.approx(1, rel=1e-4)
+
+
+def test_the_mean_is_over_expressions():
+    assert mean_rmse({"a": 1.0, "b": 4.0}) == 2.5

@@ -1,0 +1,133 @@
+"""The command line as its users call it: in a process of its own, by its exit code and its two streams."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from facezip import read_pack, save_character
+from facezip.cli import VERBS
+from facezip.errors import ExitCode
+from facezip.textures import read_texture
+from tests.facezip.conftest import random_character
+
+
+def run(*arguments, **options):
+    command = [sys.executable, "-c", "from facezip.cli import main; main()", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=280, check=False, **options)
+
+
+@pytest.fixture(scope="module")
+def scans(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("scans") / "sheet"
+    save_character(random_character(side=64), folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def pack(scans):
+    path = scans.parent / "sheet.facezip"
+    done = run("compress", scans, "-o", path, "--method", "paper", "--masks", 9, "--json")
+    assert done.returncode == 0, done.stderr
+    return path, json.loads(done.stdout)
+
+
+def test_help_teaches_every_verb_and_every_exit_code():
+    done = run("--help")
+    assert done.returncode == 0
+    for verb in VERBS:
+        assert verb in done.stdout
+        assert run(verb, "--help").returncode == 0
+    for code in ExitCode:
+        assert f"{code.value}  {code.meaning}" in done.stdout
+
+
+def test_compress_states_the_error_of_what_was_written(pack):
+    path, document = pack
+    assert document["seconds"] > 0
+    assert document["rmse"] == pytest.approx(np.mean(list(document["rmse_per_expression"].values())))
+    reconstructed = read_pack(path).reconstruct("expr_0")
+    original = random_character(side=64).texture("expr_0")
+    rmse = 255 * np.sqrt(np.mean((reconstructed - original) ** 2))
+    assert document["rmse_per_expression"]["expr_0"] == pytest.approx(rmse, rel=1e-4)
+
+
+def test_info_states_the_costs_and_does_not_start_a_renderer(pack):
+    script = "import sys; sys.argv[1:] = ['info', sys.argv[1], '--json']; from facezip.cli import main\n"
+    script += "try: main()\nfinally: assert 'mitsuba' not in sys.modules"
+    done = subprocess.run(
+        [sys.executable, "-c", script, pack[0]], capture_output=True, text=True, check=False, timeout=60
+    )
+    document = json.loads(done.stdout)
+    assert document["bytes_on_gpu"] == 15 * 64**2 + 5 * 4 * 8**2
+    assert (document["differences"], document["weight_scale"], document["resolution"]) == (4, 8, [64, 64])
+    assert document["bytes_on_disk"] == sum(file.stat().st_size for file in pack[0].iterdir())
+    assert done.stderr == ""
+
+
+def test_decompress_writes_what_the_model_reconstructs(pack, tmp_path):
+    assert run("decompress", pack[0], "-o", tmp_path / "all").returncode == 0
+    model = read_pack(pack[0])
+    assert sorted(file.stem for file in (tmp_path / "all").iterdir()) == sorted(model.expressions)
+    expected = np.rint(model.reconstruct("expr_2") * 255)
+    np.testing.assert_array_equal(read_texture(tmp_path / "all" / "expr_2.png"), expected)
+    done = run("decompress", pack[0], "-o", tmp_path / "mix", "--blend", "expr_0=0.5,expr_3=1")
+    assert done.returncode == 0
+    expected = np.rint(model.blend({"expr_0": 0.5, "expr_3": 1}) * 255)
+    np.testing.assert_array_equal(read_texture(tmp_path / "mix" / "blend.png"), expected)
+
+
+def test_verify_finds_a_changed_byte(pack, tmp_path):
+    import shutil
+
+    assert run("verify", pack[0]).returncode == 0
+    shutil.copytree(pack[0], tmp_path / "spoilt")
+    content = bytearray((tmp_path / "spoilt" / "difference_1.png").read_bytes())
+    content[len(content) // 2] ^= 1
+    (tmp_path / "spoilt" / "difference_1.png").write_bytes(content)
+    done = run("verify", tmp_path / "spoilt")
+    assert done.returncode == ExitCode.BAD_INPUT
+    assert "difference_1.png" in done.stderr
+
+
+def bad_calls(scans, pack, folder):
+    (folder / "empty").mkdir()
+    return {
+        "no such character": (("compress", folder / "nobody", "-o", folder / "x"), ExitCode.BAD_INPUT),
+        "an empty folder": (("compress", folder / "empty", "-o", folder / "x"), ExitCode.BAD_INPUT),
+        "too many masks": (("compress", scans, "-o", folder / "x", "--masks", 999), ExitCode.BAD_INPUT),
+        "five differences by the paper": (
+            ("compress", scans, "-o", folder / "x", "--method", "paper", "--differences", 5),
+            ExitCode.BAD_INPUT,
+        ),
+        "an odd weight scale": (("compress", scans, "-o", folder / "x", "--weight-scale", 7), ExitCode.BAD_INPUT),
+        "an unknown method": (("compress", scans, "-o", folder / "x", "--method", "magic"), ExitCode.USAGE),
+        "no output": (("compress", scans), ExitCode.USAGE),
+        "no such pack": (("info", folder / "nothing.facezip"), ExitCode.BAD_INPUT),
+        "an unknown expression": (
+            ("decompress", pack, "-o", folder / "x", "--expression", "nobody"),
+            ExitCode.BAD_INPUT,
+        ),
+        "a weight that is no number": (
+            ("decompress", pack, "-o", folder / "x", "--blend", "expr_0=a"),
+            ExitCode.BAD_INPUT,
+        ),
+        "an existing output": (("compress", scans, "-o", pack), ExitCode.CANNOT_WRITE),
+        "a folder that is not ours": (("compress", scans, "-o", scans, "--overwrite"), ExitCode.CANNOT_WRITE),
+        "no folder to write in": (("compress", scans, "-o", "/proc/nowhere/x"), ExitCode.CANNOT_WRITE),
+        "a pack of someone else": (("validate", folder / "other", pack, "-o", folder / "x"), ExitCode.BAD_INPUT),
+    }
+
+
+def test_every_wrong_call_is_one_line_an_exit_code_and_no_output(scans, pack, tmp_path):
+    save_character(random_character(side=32, expressions=7), tmp_path / "other")
+    for case, (arguments, code) in bad_calls(scans, pack[0], tmp_path).items():
+        done = run(*arguments)
+        assert done.returncode == code, f"{case}: {done.stderr}"
+        assert "Traceback" not in done.stderr, case
+        if code is not ExitCode.USAGE:
+            assert len(done.stderr.splitlines()) == 1, f"{case}: {done.stderr}"
+        assert not (tmp_path / "x").exists(), case
+        assert not list(tmp_path.glob(".*")), case
