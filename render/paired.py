@@ -70,15 +70,14 @@ class PairedRenderer:
         for rig, head in self._heads.items():
             head.move(self._parameters[rig], vertices)
 
-    def render(self, textures: Sequence[NDArray[np.float32]], view: View, rig: str, spp: int, seed: int) -> Images:
-        """Shade the posed head with each of K textures ``(H, W, 3)``, encoded values in [0, 1].
+    def render(self, maps: Sequence[Any], view: View, rig: str, spp: int, seed: int) -> Images:
+        """Shade the posed head with each of K textures that :func:`upload` gave.
 
         The same seed gives the same bits, whatever K, the other textures, and the number of threads.
         """
         import drjit as dr
         import mitsuba as mi
 
-        maps = [_texture(texture) for texture in textures]
         window = pixel_bounds(view, self._frame, self._resolution, self._vertices)
         sampler = mi.load_dict({"type": "multijitter", "sample_count": spp})
         count = sampler.sample_count()
@@ -105,14 +104,14 @@ class PairedRenderer:
             self._cameras[view] = mi.load_dict(camera(view, self._frame, self._resolution))
         return self._cameras[view]
 
-    def _shade(self, rig: str, sensor: Any, sampler: Any, window: Window, maps: list[Any]) -> tuple[list[Any], Any]:
+    def _shade(self, rig: str, sensor: Any, sampler: Any, window: Window, maps: Sequence[Any]) -> tuple[list[Any], Any]:
         """Radiance of every sample with every texture, and whether the sample sees the head."""
         import drjit as dr
         import mitsuba as mi
 
         ray = self._primary_rays(sensor, sampler, window)
         scene = self._scenes[rig]
-        surface = scene.ray_intersect(ray)
+        surface = scene.ray_intersect(ray, int(mi.RayFlags.All), True)
         head = surface.is_valid() & (surface.shape == mi.ShapePtr(self._heads[rig].shape))
         light, arriving = _sample_light(scene, surface, sampler.next_2d(head), head)
         outgoing = surface.to_local(light.d)
@@ -155,12 +154,13 @@ def _sample_light(scene: Any, surface: Any, sample: Any, active: Any) -> tuple[A
     light = dr.gather(mi.EmitterPtr, dr.concat([mi.EmitterPtr(light) for light in lights]), index, active)
     reused = mi.Point2f((sample.x - offset) / chance, sample.y)
     direction, arriving = light.sample_direction(surface, reused, active)
-    shadowed = scene.ray_test(surface.spawn_ray_to(direction.p), active)
+    shadowed = scene.ray_test(surface.spawn_ray_to(direction.p), True, active)
     return direction, dr.select(shadowed, 0.0, arriving / chance)
 
 
-def _texture(encoded: NDArray[np.float32]) -> Any:
-    """A linear-light texture on the device, bilinear and clamped at its borders as a game samples it."""
+def upload(encoded: NDArray[np.float32]) -> Any:
+    """A texture ``(H, W, C)`` of encoded values in [0, 1] for the kernel: linear, bilinear, clamped at its borders."""
+    start()
     import drjit as dr
     import mitsuba as mi
 

@@ -19,7 +19,7 @@ from render.exr import write_exr
 from render.llvm import start
 from render.metrics import METRICS, PIXELS_PER_DEGREE, UNITS, Picture, compare, display, head_crop
 from render.noise import Halves, debiased_rmse, noise_floor
-from render.paired import Images, PairedRenderer
+from render.paired import Images, PairedRenderer, upload
 from render.verdict import verdict
 from scenes.cameras import VIEWS, View, frame_of
 from scenes.lights import RIGS
@@ -163,12 +163,11 @@ def _shots(
     with task("Rendering", len(names) * len(looks)) as advance:
         for name in names:
             renderer.pose(character.mesh_vertices(name))
-            textures = [character.texture(name), *(candidate.texture(name) for candidate in candidates)]
+            maps = [upload(character.texture(name)), *(upload(candidate.texture(name)) for candidate in candidates)]
             for view, light in looks:
                 begin = perf_counter()
                 halves = [
-                    renderer.render(textures, view, light, settings.spp // 2, 2 * settings.seed + half)
-                    for half in range(2)
+                    renderer.render(maps, view, light, settings.spp // 2, 2 * settings.seed + half) for half in range(2)
                 ]
                 clock["render"] += perf_counter() - begin
                 yield Shot(name, view, light), Halves(*halves)
@@ -178,11 +177,11 @@ def _shots(
 def _repeats(character: Character, renderer: PairedRenderer, settings: Settings) -> Iterator[tuple[Shot, list[Images]]]:
     """The neutral, twice, with independent random numbers and all samples: what noise alone does to every metric."""
     renderer.pose(character.neutral_vertices)
-    texture = [character.texture(NEUTRAL)]
+    maps = [upload(character.texture(NEUTRAL))]
     for view, light in _looks(settings):
         seeds = (2 * settings.seed, 2 * settings.seed + 2**20)
         images = [
-            Halves(*(renderer.render(texture, view, light, settings.spp // 2, seed + half) for half in range(2))).mean
+            Halves(*(renderer.render(maps, view, light, settings.spp // 2, seed + half) for half in range(2))).mean
             for seed in seeds
         ]
         yield Shot(NEUTRAL, view, light), images

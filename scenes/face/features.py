@@ -109,7 +109,7 @@ def cut_mouth(positions: NDArray[np.float64], rows: Rows) -> None:
         lips = (band[0] + band[-1]) / 2 if 0 < row < len(_POCKET) - 1 else band[row]
         band[row, inside, 2] = (lips[:, 2] - depth * scale)[inside]
         band[row, inside, 1] = (lips[:, 1] + height * scale)[inside]
-        band[row, inside, 0] = (lips[:, 0] * (1 - 0.06 * depth))[inside]
+        band[row, inside, 0] = (lips[:, 0] * (1 - 0.06 * depth * scale))[inside]
 
 
 def _window(x: NDArray[np.float64], half_width: float, fade: float) -> NDArray[np.float64]:

@@ -54,20 +54,29 @@ def _lids(head: Head, sign: int, upper: float, lower: float) -> NDArray[np.float
     elevation, radius = _about_eye(grid)
     low, high = elevation[head.rows.lower_lid], elevation[head.rows.upper_lid]
     opening = (high - low) * np.minimum(_eye_columns(head, sign) / 0.2, 1)
-    t = np.clip((elevation - low) / np.maximum(high - low, 0.02), -0.5, 1.5)
+    rows = np.arange(head.shape[0])[:, None]
+    over, under = rows >= head.rows.upper_lid, rows <= head.rows.lower_lid
     # Skin above the upper margin follows it less and less up to the brow, and below the lower one likewise.
     above = np.clip(1 - (elevation - high) / 0.52, 0, 1) ** 1.6
     below = np.clip(1 - (low - elevation) / 0.7, 0, 1) ** 2
-    rows = np.arange(head.shape[0])[:, None]
-    inner = lower + t * (upper - lower)
-    share = np.where(
-        rows >= head.rows.upper_lid, upper * above, np.where(rows <= head.rows.lower_lid, lower * below, inner)
-    )
-    turned = elevation + share * opening * (grid[..., 2] > EYE[2])
+    t = np.clip((elevation - low) / np.maximum(high - low, 0.02), 0, 1.2)
+    share = np.where(over, upper * above, np.where(under, lower * below, _between(t, upper, lower)))
+    front = grid[..., 2] > EYE[2]
+    turned = elevation + share * opening * front
+    # The closed lid comes to lie on the lower one.
+    closed = np.clip(lower - upper, 0, 1) ** 3 * (_eye_columns(head, sign) > 0) * front
+    lying = closed * np.where(over, above * (radius[head.rows.lower_lid] - radius[head.rows.upper_lid]), 0)
+    settled = radius + lying - 0.05 * closed * ~(over | under)
     moved = np.zeros_like(grid)
-    moved[..., 1] = radius * (np.sin(turned) - np.sin(elevation))
-    moved[..., 2] = radius * (np.cos(turned) - np.cos(elevation))
+    moved[..., 1] = settled * np.sin(turned) - radius * np.sin(elevation)
+    moved[..., 2] = settled * np.cos(turned) - radius * np.cos(elevation)
     return moved.reshape(-1, 3)
+
+
+def _between(t: NDArray[np.float64], upper: float, lower: float) -> NDArray[np.float64]:
+    """Motion at ``t`` (0 on the lower margin, 1 on the upper) as gentle to the iris as can be without folding over."""
+    steep, shallow = (float(np.clip(0.9 / max(abs(travel), 1e-6), 1, 4)) for travel in (upper, lower))
+    return upper * t**steep + lower * np.clip(1 - t, 0, 1) ** shallow
 
 
 def _about_eye(grid: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from facezip.textures import decode_srgb
-from render.paired import PairedRenderer
+from render.paired import PairedRenderer, upload
 from scenes.cameras import VIEWS, camera, frame_of
 from scenes.lights import RIGS
 from scenes.materials import MATERIALS
@@ -16,20 +16,24 @@ from scenes.stage import stage
 FRONT = VIEWS[0]
 
 
+def shade(renderer, textures, *arguments):
+    return renderer.render([upload(texture) for texture in textures], *arguments)
+
+
 @pytest.mark.parametrize("rig", list(RIGS))
 def test_equal_textures_give_equal_bits(renderer, texture, rig):
-    images = renderer.render([texture, texture.copy()], FRONT, rig, 4, 0).linear
+    images = shade(renderer, [texture, texture.copy()], FRONT, rig, 4, 0).linear
     np.testing.assert_array_equal(images[0], images[1])
 
 
 def test_other_textures_do_not_change_an_image(renderer, texture):
-    alone = renderer.render([texture], FRONT, "studio", 4, 0).linear[0]
-    together = renderer.render([texture[::-1].copy(), texture, texture * 0.5], FRONT, "studio", 4, 0).linear[1]
+    alone = shade(renderer, [texture], FRONT, "studio", 4, 0).linear[0]
+    together = shade(renderer, [texture[::-1].copy(), texture, texture * 0.5], FRONT, "studio", 4, 0).linear[1]
     np.testing.assert_array_equal(alone, together)
 
 
 def test_a_seed_repeats_and_another_differs(renderer, texture):
-    first, again, other = (renderer.render([texture], FRONT, "studio", 4, seed).linear for seed in (3, 3, 4))
+    first, again, other = (shade(renderer, [texture], FRONT, "studio", 4, seed).linear for seed in (3, 3, 4))
     np.testing.assert_array_equal(first, again)
     assert (first != other).any()
 
@@ -42,13 +46,13 @@ import drjit as dr
 dr.set_thread_count(int(sys.argv[1]))
 import numpy as np
 from tests.render.conftest import lumpy_head
-from render.paired import PairedRenderer
+from render.paired import PairedRenderer, upload
 from scenes.cameras import VIEWS, frame_of
 vertices, topology = lumpy_head()
 renderer = PairedRenderer(topology, frame_of(vertices), ["studio"], "skin", 48)
 renderer.pose(vertices)
 texture = np.random.default_rng(0).random((32, 32, 3), dtype=np.float32)
-print(hashlib.sha256(renderer.render([texture], VIEWS[1], "studio", 4, 0).linear.tobytes()).hexdigest())
+print(hashlib.sha256(renderer.render([upload(texture)], VIEWS[1], "studio", 4, 0).linear.tobytes()).hexdigest())
 """
 
 
@@ -70,7 +74,7 @@ def test_the_number_of_threads_changes_no_bit():
 
 def test_an_image_is_affine_in_its_linear_texture(renderer):
     black, grey_, white = (np.full((8, 8, 3), value, np.float32) for value in (0, 0.5, 1))
-    images = renderer.render([black, grey_, white], FRONT, "studio", 4, 0).linear
+    images = shade(renderer, [black, grey_, white], FRONT, "studio", 4, 0).linear
     share = decode_srgb(grey_[:1, :1])[0, 0]
     np.testing.assert_allclose(images[1], images[0] + share * (images[2] - images[0]), atol=1e-5)
 
@@ -79,7 +83,7 @@ def test_the_top_of_the_texture_is_the_top_of_the_head(renderer):
     texture = np.zeros((16, 16, 3), np.float32)
     texture[:8] = [1, 0, 0]
     texture[8:] = [0, 1, 0]
-    image = renderer.render([texture], FRONT, "daylight", 4, 0).linear[0]
+    image = shade(renderer, [texture], FRONT, "daylight", 4, 0).linear[0]
     red, green = image[..., 0] - image[..., 1] > 0.05, image[..., 1] - image[..., 0] > 0.05
     assert np.argwhere(red)[:, 0].mean() < np.argwhere(green)[:, 0].mean() - 10
 
@@ -89,7 +93,7 @@ def test_the_right_of_the_texture_is_the_left_of_the_character(renderer):
     texture = np.zeros((16, 16, 3), np.float32)
     texture[:, 8:] = [1, 0, 0]
     texture[:, :8] = [0, 1, 0]
-    image = renderer.render([texture], FRONT, "daylight", 4, 0).linear[0]
+    image = shade(renderer, [texture], FRONT, "daylight", 4, 0).linear[0]
     red, green = image[..., 0] - image[..., 1] > 0.05, image[..., 1] - image[..., 0] > 0.05
     assert np.argwhere(red)[:, 1].mean() > np.argwhere(green)[:, 1].mean() + 10
 
@@ -103,7 +107,7 @@ def test_it_agrees_with_mitsubas_own_integrator(head, texture, material, rig):
     frame = frame_of(vertices)
     paired = PairedRenderer(topology, frame, [rig], material, 32)
     paired.pose(vertices)
-    ours = paired.render([texture], FRONT, rig, 256, 0)
+    ours = shade(paired, [texture], FRONT, rig, 256, 0)
     bitmap = {"type": "bitmap", "data": mi.TensorXf(decode_srgb(texture)), "raw": True, "wrap_mode": "clamp"}
     scene = stage(_textured(head, MATERIALS[material](bitmap)), frame, rig)
     scene = mi.load_dict(scene | {"sensor": camera(FRONT, frame, 32)})
@@ -140,7 +144,7 @@ def test_no_light_stands_before_a_camera(head, texture):
     renderer = PairedRenderer(topology, frame_of(vertices), list(RIGS), "skin", 32)
     renderer.pose(vertices)
     for view in VIEWS:
-        covered = [renderer.render([texture], view, rig, 4, 0).coverage for rig in RIGS]
+        covered = [shade(renderer, [texture], view, rig, 4, 0).coverage for rig in RIGS]
         np.testing.assert_array_equal(covered[0], covered[1])
         np.testing.assert_array_equal(covered[0], covered[2])
         assert covered[0].mean() > 0.3

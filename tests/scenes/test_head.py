@@ -178,3 +178,13 @@ def test_neck_ends_in_a_clean_cut(head):
     base = head.grid(head.vertices)[0]
     assert np.ptp(base[:, 1]) < 0.4
     assert head.vertices[:, 1].min() == pytest.approx(base[:, 1].min())
+
+
+def test_pocket_closes_towards_the_corners_of_the_mouth(head):
+    """Nothing of it lies beyond the lips, or pulls on the skin beside them."""
+    grid = head.grid(head.vertices)
+    band = grid[head.rows.lower_lip : head.rows.upper_lip + 1]
+    x = np.abs(band[0, :, 0])
+    corner = (x > 0.97 * MOUTH_HALF_WIDTH) & (x < MOUTH_HALF_WIDTH) & (band[0, :, 2] > 5)
+    assert corner.any()
+    assert np.abs(np.abs(band[:, corner, 0]) - x[corner]).max() < 0.2

@@ -150,14 +150,22 @@ def test_blink_closes_the_eye_and_squeezes_what_is_between(head, grid, shape, si
 
 
 def test_blinking_lid_slides_over_the_eyeball(head, grid, shape):
-    """It keeps its distance from the eye's centre instead of cutting through the eyeball."""
-    moved = grid + shape("eyeBlinkLeft")
-    x = grid[head.rows.upper_lid, :, 0]
-    columns = np.flatnonzero((np.abs(x - EYE[0]) < 0.8 * LID_HALF_WIDTH) & (grid[head.rows.upper_lid, :, 2] > 4))
-    before, after = (
-        np.linalg.norm((points[head.rows.upper_lid, columns] - EYE)[:, 1:], axis=1) for points in (grid, moved)
-    )
-    assert np.allclose(after, before, atol=0.02)
+    """At half and at full weight the margin of the lid stays outside the part of the eyeball next to it."""
+    low, high = head.rows.lower_lid, head.rows.upper_lid
+    x = grid[high, :, 0]
+    columns = np.flatnonzero((np.abs(x - EYE[0]) < 0.8 * LID_HALF_WIDTH) & (grid[high, :, 2] > 4))
+    for weight in (0.5, 1.0):
+        distance = np.linalg.norm((grid + weight * shape("eyeBlinkLeft") - EYE)[low : high + 1, columns, 1:], axis=2)
+        assert (distance[-1] > distance[-2]).all()
+
+
+def test_wide_eyes_keep_a_round_iris(head, grid, shape):
+    """The lids part, and what lies between their margins hardly stretches around the pupil."""
+    low, high = head.rows.lower_lid, head.rows.upper_lid
+    column = column_at(grid, low, EYE[0])
+    moved = shape("eyeWideLeft")[low : high + 1, column, 1]
+    assert moved[-1] > 0.12
+    assert np.abs(moved[3:-3]).max() < 0.06
 
 
 def test_looking_moves_the_iris_and_not_the_corners(head, grid, shape):
