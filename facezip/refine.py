@@ -47,11 +47,15 @@ def refine(character: Character, differences: int, weight_scale: int) -> Compres
     height, width = character.resolution
     h, w = -(-height // weight_scale), -(-width // weight_scale)
     # (h, w, R, N): the N expressions of a texel lie together for vector registers.
-    weights = np.ascontiguousarray(np.broadcast_to(start.weights[:, 0, 0].T, (h, w, start.weights.shape[3], len(start.weights))))
+    weights = np.ascontiguousarray(
+        np.broadcast_to(start.weights[:, 0, 0].T, (h, w, start.weights.shape[3], len(start.weights)))
+    )
     smoothness = 0.0
     for _ in track(range(ALTERNATIONS), "Refining", ALTERNATIONS):
         system = weight_system(character, weights)
-        smoothness = smoothness or SMOOTHNESS * float(np.einsum("hwii->", system.matrix[:, :, 4]) / weights[..., 0].size)
+        smoothness = smoothness or SMOOTHNESS * float(
+            np.einsum("hwii->", system.matrix[:, :, 4]) / weights[..., 0].size
+        )
         weights = solve_weights(system, smoothness, weights)
     weights = rounded(weights)
     return CompressedTextures(

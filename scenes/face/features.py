@@ -104,7 +104,7 @@ def cut_mouth(positions: NDArray[np.float64], rows: Rows) -> None:
     band = positions[rows.lower_lip : rows.upper_lip + 1]
     x = band[0, :, 0]
     inside = (np.abs(x) < MOUTH_HALF_WIDTH) & (band[0, :, 2] > 5)
-    scale = np.sqrt(np.maximum(1 - (x / MOUTH_HALF_WIDTH) ** 2, 0))
+    scale = np.maximum(1 - (x / MOUTH_HALF_WIDTH) ** 2, 0)
     for row, (depth, height) in enumerate(_POCKET[::-1]):
         lips = (band[0] + band[-1]) / 2 if 0 < row < len(_POCKET) - 1 else band[row]
         band[row, inside, 2] = (lips[:, 2] - depth * scale)[inside]
