@@ -14,6 +14,7 @@ from facezip.fragments import cluster_fragments, masked_gram
 from facezip.manifest import MAX_DIFFERENCES
 from facezip.masks import compute_masks
 from facezip.model import CompressedTextures, Meshes
+from facezip.refine import refine
 from facezip.stitching import Stitching, pair_costs, search, unpermuted
 
 WEIGHT_SCALES = (4, 8, 16, 32)
@@ -69,7 +70,7 @@ def compress(
     Parameters
     ----------
     character : neutral and expressions.
-    method : ``"paper"``, ``"paper-unpermuted"`` (its ablation) or ``"pca"``.
+    method : ``"refined"``, ``"paper"``, ``"paper-unpermuted"`` (its ablation) or ``"pca"``.
     differences, weight_scale, masks, restarts, seed : see :class:`Settings`.
 
     Raises
@@ -120,7 +121,12 @@ def _pca(character: Character, settings: Settings) -> CompressedTextures:
     return principal_components(character, min(settings.differences, len(character.expressions)))
 
 
+def _refined(character: Character, settings: Settings) -> CompressedTextures:
+    return refine(character, settings.differences, settings.weight_scale)
+
+
 METHODS: dict[str, Callable[[Character, Settings], CompressedTextures]] = {
+    "refined": _refined,
     "paper": _paper,
     "paper-unpermuted": _paper_unpermuted,
     "pca": _pca,

@@ -6,7 +6,9 @@ system whose matrix all expressions share. PCA is the special case of constant w
 never worse than it. One pass over the texels a step: it solves each texel and adds it to the next step's system.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numba import njit
@@ -18,6 +20,9 @@ from facezip.fragments import differences_of_row, texel_scale
 from facezip.model import CompressedTextures, bilinear_taps
 from facezip.progress import track
 from facezip.rows import map_rows
+
+# The first row of weight texels that a block of texture rows samples, and its share of the system there.
+Part: TypeAlias = tuple[int, NDArray[np.float64], NDArray[np.float64]]
 
 ALTERNATIONS = 13
 CG_STEPS = 20
@@ -89,7 +94,7 @@ def weight_system(character: Character, weights: NDArray[np.float32]) -> WeightS
     first, second, _ = bilinear_taps(character.resolution[0], h)
     matrix, right = np.zeros((h, w, 9, slots, slots)), np.zeros((h, w, slots, count))
 
-    def empty(top: int, bottom: int) -> tuple[int, NDArray[np.float64], NDArray[np.float64]]:
+    def empty(top: int, bottom: int) -> Part:
         rows = int(second[bottom - 1] - first[top] + 1)
         return int(first[top]), np.zeros((rows, *matrix.shape[1:])), np.zeros((rows, *right.shape[1:]))
 
@@ -118,6 +123,10 @@ def solve_weights(system: WeightSystem, smoothness: float, start: NDArray[np.flo
     return x.astype(np.float32)
 
 
+def _mean_diagonal(system: WeightSystem) -> float:
+    return float(np.einsum("hwii->", system.matrix[:, :, 4]) / system.right[..., 0].size)
+
+
 def _dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
     products: NDArray[np.float64] = np.einsum("hwrn,hwrn->n", a, b)
     return products
@@ -139,7 +148,7 @@ def _with_smoothness(matrix: NDArray[np.float64], smoothness: float) -> NDArray[
         smooth[neighbour][:, :, here, diagonal, diagonal] -= smoothness
         smooth[neighbour][:, :, 4, diagonal, diagonal] += smoothness
     # A grid where no texel counts at all would be singular.
-    smooth[:, :, 4, diagonal, diagonal] += 1e-9 * smoothness + np.finfo(np.float64).tiny
+    smooth[:, :, 4, diagonal, diagonal] += max(1e-9 * smoothness, 1e-300)
     return smooth
 
 
@@ -149,14 +158,20 @@ def _multiply(matrix: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np
     return out
 
 
-def _sweep(character, weights, textures, empty):  # type: ignore[no-untyped-def]
+def _sweep(
+    character: Character,
+    weights: NDArray[np.float32],
+    textures: NDArray[np.float32],
+    empty: Callable[[int, int], Part],
+) -> list[Part]:
+    """One pass over the texels: writes what is solved to ``textures`` unless it has no rows, returns filled parts."""
     height, width = character.resolution
     mask = np.ones((height, width), np.float32) if character.mask is None else character.mask
     stored = character.textures, character.neutral, texel_scale(character), mask
     taps = *bilinear_taps(height, weights.shape[0]), *bilinear_taps(width, weights.shape[1])
     ridge = np.float32(RIDGE * np.square(weights).sum(dtype=np.float64) / (weights.shape[0] * weights.shape[1]))
 
-    def block(top: int, bottom: int):
+    def block(top: int, bottom: int) -> Part:
         part = empty(top, bottom)
         _sweep_rows(top, bottom, *stored, weights, *taps, ridge, textures, *part)
         return part

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import trimesh
 from numpy.typing import NDArray
 
 from facezip.meshes import Topology
@@ -51,11 +52,6 @@ class HeadMesh:
 
 
 def vertex_normals(vertices: NDArray[np.float32], faces: NDArray[np.int32]) -> NDArray[np.float32]:
-    """Area-weighted unit normals ``(V, 3)``; vertices without a face point up."""
-    a, b, c = vertices.astype(np.float64)[faces.T]
-    areas = np.cross(b - a, c - a)
-    normals = np.stack(
-        [np.bincount(faces.ravel(), np.repeat(areas[:, i], 3), minlength=len(vertices)) for i in range(3)], axis=1
-    )
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.where(length > 0, normals / np.maximum(length, 1e-300), [0.0, 1.0, 0.0]).astype(np.float32)
+    """Unit normals ``(V, 3)`` of the welded mesh; zero at vertices without a face."""
+    mesh = trimesh.Trimesh(vertices, faces, process=False, validate=False)
+    return np.asarray(mesh.vertex_normals, np.float32)

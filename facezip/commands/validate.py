@@ -21,6 +21,8 @@ REPORT_FILE = "report.json"
 @click.argument("packs", type=options.FOLDER, nargs=-1, required=True, metavar="PACK...")
 @click.option("-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder for the report.")
 @click.option("--views", default=2, show_default=True, metavar="N", help="How many of the camera views.")
+@click.option("--lights", default=2, show_default=True, metavar="N", help="How many of the light rigs.")
+@click.option("--material", type=click.Choice(["skin", "diffuse"]), default="skin", show_default=True)
 @click.option("--resolution", default=512, show_default=True, metavar="PIXELS", help="Side of the rendered images.")
 @click.option("--spp", default=16, show_default=True, metavar="N", help="Samples per pixel.")
 @click.option("--seed", default=0, show_default=True, metavar="S")

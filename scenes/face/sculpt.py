@@ -86,7 +86,7 @@ def _eye(d: float, x: float, y: float, z: float) -> float:
     d = join(d, ellipsoid(x, y, z, 3.15, 0.50, 6.55, 1.58, 1.36, 1.40), 0.5)
     # The crease above the upper lid, and the trough below the lower one.
     d = carve(d, capsule(x, y, z, 1.9, 1.50, 8.10, 4.6, 1.30, 7.30, 0.20, 0.22), 0.55)
-    return carve(d, capsule(x, y, z, 2.0, -0.95, 8.75, 3.9, -1.35, 8.30, 0.25, 0.25), 1.5)
+    return carve(d, capsule(x, y, z, 2.0, -0.95, 8.75, 3.9, -1.35, 8.30, 0.05, 0.05), 1.5)
 
 
 @njit(cache=True, nogil=True)

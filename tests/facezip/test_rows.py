@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from facezip import compress, rows
+from facezip.methods import METHODS
 from facezip.rows import map_rows, sum_rows
 from tests.facezip.conftest import random_character
 
@@ -23,7 +24,7 @@ def test_a_failure_in_a_block_reaches_the_caller():
         map_rows(lambda top, bottom: 1 // (top - 32), 100)
 
 
-@pytest.mark.parametrize("method", ["paper", "paper-unpermuted", "pca"])
+@pytest.mark.parametrize("method", METHODS)
 def test_results_do_not_depend_on_the_number_of_cores(method, monkeypatch):
     character = random_character(side=70)
     models = []

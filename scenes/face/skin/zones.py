@@ -36,7 +36,8 @@ def scalp(x: float, y: float, z: float) -> float:
         line = 1.2 - (1.5 - z) / 5.5 * 5.0
     else:
         line = -3.8 - 0.25 * (-4.0 - z)
-    return smooth(-0.7, 0.9, y - line)
+    ear = smooth(7.0, 7.4, abs(x)) * smooth(-5.0, -4.0, y) * smooth(3.8, 3.2, y)
+    return smooth(-0.7, 0.9, y - line) * (1 - ear)
 
 
 @njit(cache=True, nogil=True)
@@ -74,7 +75,7 @@ def propensity(x: float, y: float, z: float) -> tuple[float, float]:
     glabella = bump(x, y, 0.0, 2.4, 1.3, 1.3)
     eyes = bump(x, y, 5.1, 0.4, 1.1, 1.3) + 0.7 * bump(x, y, 3.2, -0.9, 1.7, 0.7)
     nose = 0.9 * bump(x, y, 0.6, 0.2, 1.0, 1.5)
-    fold = 0.9 * bump(x, y, 2.9, -4.4, 0.9, 1.9) + 0.35 * bump(x, y, 4.2, -4.2, 1.0, 2.0)
+    fold = 0.75 * bump(x, y, 2.7, -4.2, 0.7, 1.5) + 0.25 * bump(x, y, 4.2, -4.2, 1.0, 2.0)
     mouth = 0.8 * bump(x, y, 0.9, -6.1, 1.9, 1.1)
     chin = 0.9 * bump(x, y, 0.0, -8.9, 1.6, 1.1)
     strength = 0.15 + forehead + glabella + eyes + nose + fold + mouth + chin
