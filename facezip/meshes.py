@@ -59,11 +59,17 @@ def read_obj(path: Path) -> tuple[NDArray[np.float32], Topology]:
 
 def write_obj(path: Path, vertices: NDArray[np.float32], topology: Topology) -> None:
     """Write ``(V, 3)`` vertices and their topology as an OBJ file that :func:`read_obj` reads back bit for bit."""
+    positions = "".join(f"v {x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in vertices.tolist())
+    path.write_text(positions + _layout_text(topology), encoding="ascii", newline="\n")
+
+
+# Every expression of a character repeats this text.
+@lru_cache(maxsize=2)
+def _layout_text(topology: Topology) -> str:
     corners = np.stack([topology.faces, topology.face_uv], axis=2).reshape(-1, 6) + 1
-    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices.tolist()]
-    lines += [f"vt {u:.9g} {v:.9g}" for u, v in topology.uv.tolist()]
-    lines += [f"f {a}/{b} {c}/{d} {e}/{f}" for a, b, c, d, e, f in corners.tolist()]
-    path.write_text("\n".join(lines) + "\n", encoding="ascii", newline="\n")
+    lines = [f"vt {u:.9g} {v:.9g}\n" for u, v in topology.uv.tolist()]
+    lines += [f"f {a}/{b} {c}/{d} {e}/{f}\n" for a, b, c, d, e, f in corners.tolist()]
+    return "".join(lines)
 
 
 class _MeshFault(ValueError):

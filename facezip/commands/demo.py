@@ -21,7 +21,7 @@ REPORT = "report"
 @click.option("-o", "--output", type=options.FOLDER, default=Path("facezip-demo"), show_default=True, metavar="DIR")
 @click.option("--resolution", default=512, show_default=True, metavar="TEXELS", help="Side of the textures.")
 @click.option("--expressions", default=20, show_default=True, metavar="N", help="How many expressions.")
-@click.option("--image-resolution", default=384, show_default=True, metavar="PIXELS", help="Side of the renders.")
+@click.option("--image-resolution", default=320, show_default=True, metavar="PIXELS", help="Side of the renders.")
 @click.option("--spp", default=16, show_default=True, metavar="N", help="Samples per pixel of the renders.")
 @click.option("--seed", default=0, show_default=True, metavar="S", help="Another seed, another person.")
 @options.overwrite

@@ -36,7 +36,7 @@ def strain(head: Head, vertices: NDArray[np.float32]) -> Strain:
     frame = _frames(before)
     # Tangents in the neutral's frame; F maps the neutral's to the deformed ones, C = FᵀF is its metric.
     local = np.einsum("rcki,rcji->rckj", frame, before)
-    deformation = np.einsum("rcji,rcjk->rcik", after, np.linalg.pinv(local))
+    deformation = np.einsum("rcji,rcjk->rcik", after, _inverse(local))
     metric = np.einsum("rcik,rcil->rckl", deformation, deformation)
     skin = _skin(head)[..., None, None]
     excess = _smoothed((metric - np.eye(2)) * skin)
@@ -59,6 +59,14 @@ def _frames(tangents: NDArray[np.float64]) -> NDArray[np.float64]:
     rest = tangents[..., 1, :] - np.sum(tangents[..., 1, :] * first, axis=2, keepdims=True) * first
     second = rest / np.maximum(np.linalg.norm(rest, axis=2, keepdims=True), 1e-9)
     return np.stack([first, second], axis=2)
+
+
+def _inverse(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Inverses of ``(..., 2, 2)`` matrices; zero where the grid's cells have no area."""
+    (a, b), (c, d) = np.moveaxis(matrices, (-2, -1), (0, 1))
+    determinant = a * d - b * c
+    scale = np.where(np.abs(determinant) > 1e-9, 1 / np.where(determinant == 0, 1, determinant), 0)
+    return np.moveaxis(scale * np.array([[d, -b], [-c, a]]), (0, 1), (-2, -1))
 
 
 def _skin(head: Head) -> NDArray[np.float64]:
