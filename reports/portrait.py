@@ -1,0 +1,45 @@
+"""The README's picture: expressions of a character, original above, compressed in the middle, their difference below.
+
+python -m reports.portrait out/demo/character out/demo/character.facezip docs/portrait.webp
+"""
+
+import sys
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from facezip import load_character, read_pack
+from render.metrics import display
+from render.paired import PairedRenderer, upload
+from scenes.cameras import View, frame_of
+
+EXPRESSIONS = ("brows_up", "smile", "anger", "jaw_open", "squeeze")
+VIEW = View("portrait", azimuth=6, elevation=3, extent=0.80, aim=(0.0, 0.075))
+SIDE, MARGIN, SPP = 420, 30, 144
+BACKDROP = 0.012
+FULL_SCALE = 16
+
+
+def portrait(character_folder: Path, pack: Path) -> NDArray[np.uint8]:
+    """``(3·SIDE, …, 3)``: one column an expression; differences in inferno, lightest at 16 of 255."""
+    character, model = load_character(character_folder), read_pack(pack)
+    renderer = PairedRenderer(character.topology, frame_of(character.neutral_vertices), ["studio"], "skin", SIDE)
+    columns = []
+    for name in EXPRESSIONS:
+        renderer.pose(character.mesh_vertices(name))
+        maps = [upload(character.texture(name)), upload(model.reconstruct(name))]
+        images = renderer.render(maps, VIEW, "studio", SPP, 0)
+        original, compressed = display(images.linear + (1 - images.coverage[..., None]) * np.float32(BACKDROP))
+        error = np.abs(original - compressed).max(axis=2) * 255 / FULL_SCALE
+        heat = mpl.colormaps["inferno"](np.clip(error, 0, 1))[..., :3]
+        columns.append(np.concatenate([original, compressed, heat])[:, MARGIN:-MARGIN])
+    picture: NDArray[np.uint8] = np.rint(np.concatenate(columns, axis=1) * 255).astype(np.uint8)
+    return picture
+
+
+if __name__ == "__main__":
+    scans, compressed_pack, target = map(Path, sys.argv[1:4])
+    Image.fromarray(portrait(scans, compressed_pack)).save(target, quality=88, method=6)
