@@ -1,6 +1,6 @@
 """The README's picture: expressions of a character, original above, compressed in the middle, their difference below.
 
-python -m reports.portrait out/demo/character out/demo/character.facezip docs/portrait.webp
+python -m reports.portrait out/demo/character out/demo/paper.facezip docs/portrait.webp
 """
 
 import sys

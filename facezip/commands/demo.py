@@ -49,7 +49,7 @@ def command(
         save_character(make_character(resolution, expressions, seed), folder / "character")
         scans = load_character(folder / "character")
         settings: dict[str, Any] = {"method": "paper", "seed": seed}
-        pack = folder / "character.facezip"
+        pack = folder / "paper.facezip"
         compressed = write_measured(scans, compress(scans, **settings), pack, False, settings)
         (folder / REPORT).mkdir()
         document = validate(
