@@ -2,8 +2,7 @@
 
 Minimises Σ_n Σ_p m(p) ‖D_n(p) - Σ_i D_i(p) (U W_in)(p)‖² + λ Σ ‖∇W‖², U the bilinear upsampling that a GPU sampler
 does. Weights fixed, the R values of every texel are a small linear solve; textures fixed, the weights are a sparse
-system whose matrix all expressions share. PCA is the special case of constant weights and the start, so the result is
-never worse than it. One pass over the texels a step: it solves each texel and adds it to the next step's system.
+system whose matrix all expressions share. PCA is the special case of constant weights, and the start. One pass over the texels a step: it solves each texel and adds it to the next step's system.
 """
 
 from collections.abc import Callable
@@ -121,10 +120,6 @@ def solve_weights(system: WeightSystem, smoothness: float, start: NDArray[np.flo
         before, energy = energy, _dot(residual, z)
         direction = z + _ratio(energy, before) * direction
     return x.astype(np.float32)
-
-
-def _mean_diagonal(system: WeightSystem) -> float:
-    return float(np.einsum("hwii->", system.matrix[:, :, 4]) / system.right[..., 0].size)
 
 
 def _dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:

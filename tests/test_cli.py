@@ -131,3 +131,14 @@ def test_every_wrong_call_is_one_line_an_exit_code_and_no_output(scans, pack, tm
             assert len(done.stderr.splitlines()) == 1, f"{case}: {done.stderr}"
         assert not (tmp_path / "x").exists(), case
         assert not list(tmp_path.glob(".*")), case
+
+
+def test_the_demo_leaves_a_report_that_names_nothing_temporary(tmp_path):
+    sizes = ("--resolution", 64, "--expressions", 2, "--image-resolution", 32, "--spp", 2)
+    done = run("demo", "-o", tmp_path / "demo", *sizes, "--json")
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert read_pack(document["pack"]).expressions
+    report = (tmp_path / "demo" / "report" / "report.json").read_text()
+    assert ".tmp" not in report + done.stdout
+    assert " ".join(map(str, sizes)) in json.loads(report)["command"]

@@ -40,6 +40,7 @@ def command(character: Path, output: Path, overwrite: bool, as_json: bool, **set
     scans = load_character(character)
     model = compress(scans, **settings)
     document = write_measured(scans, model, output, overwrite, settings)
+    document |= {"pack": str(output)}
     document["seconds"] = round(perf_counter() - start, 3)
     options.answer(document, as_json, lambda: _lines(document))
 

@@ -15,6 +15,7 @@ from facezip.methods import compress
 from facezip.writing import whole_folder
 
 REPORT = "report"
+PACK = "paper.facezip"
 
 
 @click.command("demo")
@@ -49,15 +50,23 @@ def command(
         save_character(make_character(resolution, expressions, seed), folder / "character")
         scans = load_character(folder / "character")
         settings: dict[str, Any] = {"method": "paper", "seed": seed}
-        pack = folder / "paper.facezip"
+        pack = folder / PACK
         compressed = write_measured(scans, compress(scans, **settings), pack, False, settings)
         (folder / REPORT).mkdir()
         document = validate(
             scans, [candidate(scans, pack)], folder / REPORT, Settings(resolution=image_resolution, spp=spp, seed=seed)
         )
-        document |= {"baselines": baselines(scans, seed), "command": "facezip demo"}
+        document |= {
+            "baselines": baselines(scans, seed),
+            "command": _call(resolution, expressions, image_resolution, spp, seed),
+        }
         write_validation_report(document, folder / REPORT)
-    answer = {**compressed, "output": str(output), "report": str(output / REPORT / "index.html")}
+    answer = {
+        **compressed,
+        "pack": str(output / PACK),
+        "output": str(output),
+        "report": str(output / REPORT / "index.html"),
+    }
     answer |= {"packs": document["packs"], "seconds": round(perf_counter() - start, 2)}
     options.answer(answer, as_json, lambda: _lines(answer))
 
@@ -82,6 +91,12 @@ def baselines(scans: Character, seed: int) -> list[dict[str, Any]]:
             }
         )
     return rows
+
+
+def _call(resolution: int, expressions: int, image_resolution: int, spp: int, seed: int) -> str:
+    """The command that makes the same report again."""
+    sizes = f"--resolution {resolution} --expressions {expressions} --image-resolution {image_resolution}"
+    return f"facezip demo {sizes} --spp {spp} --seed {seed}"
 
 
 def _is_demo(folder: Path) -> bool:

@@ -11,7 +11,6 @@ def pack_facts(path: Path, manifest: Manifest) -> dict[str, Any]:
     """Sizes and make of a verified pack, from its manifest alone."""
     cost = manifest.footprint
     return {
-        "pack": str(path),
         "name": manifest.name,
         "method": manifest.method,
         "resolution": list(manifest.size),

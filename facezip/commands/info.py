@@ -19,7 +19,7 @@ def command(pack: Path, as_json: bool) -> None:
 
     Reads the manifest alone; 'facezip verify' checks every byte.
     """
-    facts = pack_facts(pack, read_manifest(pack))
+    facts = {"pack": str(pack), **pack_facts(pack, read_manifest(pack))}
     options.answer(facts, as_json, lambda: _lines(facts))
 
 

@@ -38,24 +38,23 @@ def command(
     """
     scans = load_character(character)
     candidates = [candidate(scans, path) for path in packs]
-    document = validate_into(scans, candidates, output, overwrite, settings)
+    document = _validate_into(scans, candidates, output, overwrite, settings)
     options.answer(document, as_json, lambda: _lines(document, output))
 
 
-def validate_into(
+def _validate_into(
     scans: Character,
     candidates: "list[Candidate]",
     output: Path,
     overwrite: bool,
     settings: dict[str, Any],
-    extra: dict[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Render, measure and report into the folder ``output``; returns the report's document."""
     from render.validation import Settings, validate
     from reports.validation import write_validation_report
 
     with whole_folder(output, overwrite, lambda folder: (folder / REPORT_FILE).is_file()) as folder:
-        document = validate(scans, candidates, folder, Settings(**settings)) | (extra or {})
+        document = validate(scans, candidates, folder, Settings(**settings))
         write_validation_report(document, folder)
     return document
 

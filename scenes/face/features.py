@@ -14,7 +14,7 @@ from scenes.face.sculpt import EYE
 
 LID_HALF_WIDTH = 1.52
 # How far the eyeball lies behind the lid margins, and how far it bulges between them.
-LID_STEP = 0.11
+LID_STEP = 0.13
 EYE_BULGE = 0.17
 MOUTH_Y = -6.10
 MOUTH_HALF_WIDTH = 2.45
@@ -84,9 +84,9 @@ def open_eyes(positions: NDArray[np.float64], rows: Rows) -> None:
     for step in range(1, steps):
         t = step / steps
         margin = lower[:, 2] + t * (upper[:, 2] - lower[:, 2])
-        bulge = arch * (LID_STEP + EYE_BULGE * (1 - (2 * t - 1) ** 2))
+        bulge = arch * EYE_BULGE * (1 - (2 * t - 1) ** 2)
         row = positions[rows.lower_lid + step]
-        row[eye, 2] = (margin - LID_STEP - 0.02 + bulge - LID_STEP * arch)[eye]
+        row[eye, 2] = (margin - LID_STEP + bulge)[eye]
 
 
 # Along the pocket from the upper lip's edge to the lower one's: depth behind the lips and height over their line.
