@@ -2,7 +2,8 @@
 
 Minimises Σ_n Σ_p m(p) ‖D_n(p) - Σ_i D_i(p) (U W_in)(p)‖² + λ Σ ‖∇W‖², U the bilinear upsampling that a GPU sampler
 does. Weights fixed, the R values of every texel are a small linear solve; textures fixed, the weights are a sparse
-system whose matrix all expressions share. PCA is the special case of constant weights, and the start. One pass over the texels a step: it solves each texel and adds it to the next step's system.
+system whose matrix all expressions share. PCA is the special case of constant weights, and the start. One pass over the
+texels a step: it solves each texel and adds it to the next step's system.
 """
 
 from collections.abc import Callable
