@@ -8,6 +8,7 @@ from facezip.character import Character
 from facezip.fragments import differences_of_row, texel_scale
 from facezip.model import CompressedTextures
 from facezip.rows import map_rows, sum_rows
+from facezip.samples import Samples, samples_of
 
 
 def principal_components(character: Character, count: int) -> CompressedTextures:
@@ -15,30 +16,32 @@ def principal_components(character: Character, count: int) -> CompressedTextures
 
     Errors count inside the character's mask. The weights are one number a texture and expression, ``(N, 1, 1, k)``.
     """
-    gram = difference_gram(character)
-    _, vectors = np.linalg.eigh(gram)
-    leading = np.ascontiguousarray(vectors[:, ::-1][:, :count])
-    # The sign of an eigenvector is free: make its largest entry positive, so that every machine agrees.
-    leading *= np.sign(leading[np.abs(leading).argmax(axis=0), np.arange(leading.shape[1])])
-    weights = leading.astype(np.float32)[:, None, None, :]
+    weights = principal_weights(samples_of(character), count)
     return CompressedTextures(
         neutral=character.texture("neutral"),
-        differences=combine_differences(character, leading.T.astype(np.float32)),
-        weights=weights,
+        differences=combine_differences(character, weights.T),
+        weights=np.ascontiguousarray(weights[:, None, None, :]),
         expressions=character.expressions,
         method="pca",
     )
 
 
-def difference_gram(character: Character) -> NDArray[np.float64]:
-    """``(N, N)``: Σ_p m(p) ⟨D_n(p), D_m(p)⟩ with D_n = I_n - I_0 in [0, 1] and the character's mask m."""
-    stored = character.textures, character.neutral, texel_scale(character)
-    weight = np.ones(character.resolution, np.float32) if character.mask is None else character.mask
+def principal_weights(samples: Samples, count: int) -> NDArray[np.float32]:
+    """Weights ``(N, k)`` of the ``count`` leading components: orthonormal columns, the most important first."""
+    _, vectors = np.linalg.eigh(difference_gram(samples))
+    leading = vectors[:, ::-1][:, :count].astype(np.float32)
+    # The sign of an eigenvector is free: make its largest entry positive, so that every machine agrees.
+    signs: NDArray[np.float32] = np.sign(leading[np.abs(leading).argmax(axis=0), np.arange(leading.shape[1])])
+    return np.ascontiguousarray(leading * signs)
+
+
+def difference_gram(samples: Samples) -> NDArray[np.float64]:
+    """``(N, N)``: Σ_p m(p) ⟨D_n(p), D_m(p)⟩ with D_n = I_n - I_0 in [0, 1] and the texels' importance m."""
 
     def block(top: int, bottom: int) -> NDArray[np.float64]:
-        return _gram(top, bottom, *stored, weight)
+        return _gram(top, bottom, samples.textures, samples.neutral, samples.scale, samples.importance)
 
-    lower = sum_rows(block, character.resolution[0])
+    lower = sum_rows(block, len(samples.neutral))
     gram: NDArray[np.float64] = np.tril(lower) + np.tril(lower, -1).T
     return gram
 
@@ -48,9 +51,10 @@ def combine_differences(character: Character, mixture: NDArray[np.float32]) -> N
     height, width = character.resolution
     out = np.empty((len(mixture), height, width, character.neutral.shape[2]), np.float32)
     stored = character.textures, character.neutral, texel_scale(character)
+    mixture = np.ascontiguousarray(mixture)
 
     def block(top: int, bottom: int) -> None:
-        _combine(top, bottom, *stored, np.ascontiguousarray(mixture), out)
+        _combine(top, bottom, *stored, mixture, out)
 
     map_rows(block, height)
     return out

@@ -1,5 +1,7 @@
 """A character: one neutral and N expressions, meshes sharing one topology, textures sharing one UV layout."""
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -79,9 +81,14 @@ def load_character(path: str | Path) -> Character:
     neutral = read_texture(_texture_path(folder, NEUTRAL))
     vertices = np.empty((len(names), *neutral_vertices.shape), np.float32)
     textures: Texels = np.empty((len(names), *neutral.shape), neutral.dtype)
-    for n, name in enumerate(track(names, "Reading the character", len(names))):
-        vertices[n] = _vertices_like(folder, name, neutral_vertices, topology)
-        textures[n] = _texture_like(folder, name, neutral)
+
+    def read(n: int) -> None:
+        vertices[n] = _vertices_like(folder, names[n], neutral_vertices, topology)
+        textures[n] = _texture_like(folder, names[n], neutral)
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for _ in track(pool.map(read, range(len(names))), "Reading the character", len(names)):
+            pass
     return Character(
         folder.resolve().name,
         topology,

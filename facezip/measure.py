@@ -8,8 +8,11 @@ from numpy.typing import NDArray
 
 from facezip.character import Character
 from facezip.fragments import texel_scale
+from facezip.model import CompressedTextures, bilinear_taps
 from facezip.progress import track
-from facezip.rows import map_rows
+from facezip.rows import map_rows, sum_rows
+from facezip.runs import RUN, expand_row, mix_rows
+from facezip.samples import samples_of
 
 
 def texture_errors(character: Character, texture: Callable[[str], NDArray[np.float32]]) -> dict[str, float]:
@@ -23,6 +26,21 @@ def texture_errors(character: Character, texture: Callable[[str], NDArray[np.flo
     weight = np.ones(character.resolution, np.float32) if character.mask is None else character.mask
     names = track(character.expressions, "Measuring textures", len(character.expressions))
     return {name: _rmse(character, name, texture(name), weight) for name in names}
+
+
+def model_errors(character: Character, model: CompressedTextures) -> dict[str, float]:
+    """:func:`texture_errors` of ``model.reconstruct``, of all expressions in one pass without any whole texture."""
+    names = character.expressions
+    weights = model.weights[[model.expressions.index(name) for name in names]]
+    rows = np.ascontiguousarray(weights.transpose(1, 3, 0, 2))
+    height, width = character.resolution
+    taps = *bilinear_taps(height, rows.shape[0]), *bilinear_taps(width, rows.shape[3])
+    samples = samples_of(character)
+    stored = samples.textures, samples.scale, samples.importance, model.neutral, model.differences, rows
+
+    total = sum_rows(lambda top, bottom: _squared_errors(top, bottom, *stored, *taps), height)
+    texels = samples.importance.sum(dtype=np.float64) * model.neutral.shape[2]
+    return dict(zip(names, (255 * np.sqrt(total / texels)).tolist(), strict=True))
 
 
 def mean_rmse(errors: Mapping[str, float]) -> float:
@@ -56,4 +74,64 @@ def _squared_error(
             for c in range(original.shape[2]):
                 gap = scale * np.float32(original[y, x, c]) - other[y, x, c]
                 total += weight[y, x] * gap * gap
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _squared_errors(
+    top: int,
+    bottom: int,
+    textures: NDArray[np.uint8],
+    scale: np.float32,
+    importance: NDArray[np.float32],
+    neutral: NDArray[np.float32],
+    differences: NDArray[np.float32],
+    weights: NDArray[np.float32],
+    row0: NDArray[np.int64],
+    row1: NDArray[np.int64],
+    row_f: NDArray[np.float32],
+    column0: NDArray[np.int64],
+    column1: NDArray[np.int64],
+    column_f: NDArray[np.float32],
+) -> NDArray[np.float64]:
+    count, _, width, channels = textures.shape
+    slots = weights.shape[1]
+    upper = np.empty((slots, count, RUN), np.float32)
+    lower = np.empty((slots, count, RUN), np.float32)
+    weight = np.empty((slots, count, RUN), np.float32)
+    value = np.empty(RUN, np.float32)
+    total = np.zeros(count)
+    for left in range(0, width, RUN):
+        run = min(RUN, width - left)
+        for y in range(top, bottom):
+            if y == top or row0[y] != row0[y - 1] or row1[y] != row1[y - 1]:
+                expand_row(weights[row0[y]], column0, column1, column_f, left, run, upper)
+                expand_row(weights[row1[y]], column0, column1, column_f, left, run, lower)
+            mix_rows(upper, lower, row_f[y], run, weight)
+            counts = importance[y, left : left + run]
+            for c in range(channels):
+                start = neutral[y, left : left + run, c].copy()
+                offsets = differences[:, y, left : left + run, c].copy()
+                for n in range(count):
+                    value[:run] = start
+                    for i in range(slots):
+                        _add(offsets[i], weight[i, n], run, value)
+                    total[n] += _squared_gap(textures[n, y, left : left + run, c].copy(), scale, value, counts)
+    return total
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _add(a: NDArray[np.float32], b: NDArray[np.float32], run: int, out: NDArray[np.float32]) -> None:
+    for x in range(run):
+        out[x] += a[x] * b[x]
+
+
+@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
+def _squared_gap(
+    original: NDArray[np.uint8], scale: np.float32, value: NDArray[np.float32], importance: NDArray[np.float32]
+) -> np.float32:
+    total = np.float32(0)
+    for x in range(len(original)):
+        gap = scale * np.float32(original[x]) - min(max(value[x], np.float32(0)), np.float32(1))
+        total += importance[x] * gap * gap
     return total

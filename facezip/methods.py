@@ -57,7 +57,7 @@ class Settings:
 
 def compress(
     character: Character,
-    method: str = "paper",
+    method: str = "refined",
     *,
     differences: int = 4,
     weight_scale: int = 8,

@@ -41,6 +41,8 @@ class CompressedTextures:
     expressions : N names in the order of ``weights``.
     method : what fitted them: paper, paper-unpermuted, pca, refined.
     meshes : the geometry, or None.
+    difference_range : ``(R, C)`` float32, the largest value of a difference texture that a pack has to hold where the
+        fit chose one; None for the largest there is.
     """
 
     neutral: NDArray[np.float32]
@@ -49,6 +51,7 @@ class CompressedTextures:
     expressions: tuple[str, ...]
     method: str
     meshes: Meshes | None = None
+    difference_range: NDArray[np.float32] | None = None
 
     @property
     def footprint(self) -> Footprint:

@@ -2,7 +2,9 @@
 
 import hashlib
 import json
+import os
 from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -64,9 +66,11 @@ def read_pack(path: str | Path) -> CompressedTextures:
     """
     manifest = verify_pack(path)
     folder = Path(path)
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        differences = list(pool.map(lambda file: _image(folder, file, manifest, "uint8"), _difference_files(manifest)))
     maps = QuantisedMaps(
         neutral=_image(folder, NEUTRAL_FILE, manifest, f"uint{manifest.neutral_bits}"),
-        differences=np.stack([_image(folder, file, manifest, "uint8") for file in _difference_files(manifest)]),
+        differences=np.stack(differences),
         difference_scale=np.array(manifest.difference_scale, np.float32),
         weights=_read_weights(folder, manifest),
         weight_scale=np.array(manifest.weight_scale, np.float32),
@@ -147,15 +151,15 @@ def _manifest(
 
 
 def _write_maps(maps: QuantisedMaps, folder: Path) -> int:
-    write_texture(folder / NEUTRAL_FILE, maps.neutral)
-    for i, difference in enumerate(maps.differences):
-        write_texture(folder / f"difference_{i}.png", difference)
-    if maps.uniform:
-        return 1
-    columns = int(np.ceil(np.sqrt(len(maps.weights))))
-    for layer, file in enumerate(_weight_files(maps.weights.shape[3])):
-        slots = maps.weights[..., layer * SLOTS_PER_LAYER : (layer + 1) * SLOTS_PER_LAYER].astype(np.uint8)
-        write_texture(folder / file, _atlas(slots, columns))
+    images: dict[str, Texels] = {NEUTRAL_FILE: maps.neutral}
+    images |= {f"difference_{i}.png": difference for i, difference in enumerate(maps.differences)}
+    columns = 1 if maps.uniform else int(np.ceil(np.sqrt(len(maps.weights))))
+    if not maps.uniform:
+        for layer, file in enumerate(_weight_files(maps.weights.shape[3])):
+            slots = maps.weights[..., layer * SLOTS_PER_LAYER : (layer + 1) * SLOTS_PER_LAYER].astype(np.uint8)
+            images[file] = _atlas(slots, columns)
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        list(pool.map(lambda file: write_texture(folder / file, images[file]), images))
     return columns
 
 

@@ -3,13 +3,18 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from facezip.model import CompressedTextures, Meshes
+from facezip.rows import map_rows, sum_rows
 from facezip.textures import Texels, to_float
 
 # Zero is this byte exactly, so that texels which no expression changes stay untouched.
 ZERO = 128
+# Steps from there to the end of a difference texture's range, on either side.
+STEPS = 127
+_BINS = 2048
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,9 +46,15 @@ class QuantisedMaps:
 
 def quantise(model: CompressedTextures, neutral_bits: int = 8) -> QuantisedMaps:
     """Round a model to 8 bits a channel (the neutral to 8 or 16), each range stretched to use them fully."""
-    difference_scale = np.abs(model.differences).max(axis=(1, 2)) * np.float32(255 / 127)
-    steps = _divide(model.differences, difference_scale[:, None, None, :]) * np.float32(255)
-    differences = (np.rint(steps) + ZERO).astype(np.uint8)
+    ranges = model.difference_range
+    if ranges is None:
+        ranges = _largest(model.differences)
+    difference_scale = ranges * np.float32(255 / STEPS)
+    differences = np.empty(model.differences.shape, np.uint8)
+    map_rows(
+        lambda top, bottom: _round_differences(top, bottom, model.differences, ranges, differences),
+        len(differences[0]),
+    )
     return QuantisedMaps(
         _quantise_neutral(model.neutral, neutral_bits), differences, difference_scale, *_weights(model)
     )
@@ -53,13 +64,97 @@ def dequantise(
     maps: QuantisedMaps, expressions: tuple[str, ...], method: str, meshes: Meshes | None
 ) -> CompressedTextures:
     """The model that a reader of the stored maps sees; inverse of :func:`quantise` up to rounding."""
-    differences = maps.differences.astype(np.float32)
-    differences -= np.float32(ZERO)
-    differences *= (maps.difference_scale / np.float32(255))[:, None, None, :]
+    steps = maps.difference_scale / np.float32(255)
+    differences = np.empty(maps.differences.shape, np.float32)
+    map_rows(
+        lambda top, bottom: _difference_values(top, bottom, maps.differences, steps, differences), len(differences[0])
+    )
     weights = maps.weights.astype(np.float32)
     if not maps.uniform:
         weights = weights * (maps.weight_scale / np.float32(255)) + maps.weight_offset
     return CompressedTextures(to_float(maps.neutral), differences, weights, expressions, method, meshes)
+
+
+def rounded_weights(weights: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Weight maps ``(N, h, w, R)`` as a pack gives them back, so that textures can be fitted to what is stored."""
+    if weights.shape[1:3] == (1, 1):
+        return weights
+    stored, scale, offset = _round_weights(weights)
+    return stored * (scale / np.float32(255)) + offset
+
+
+def best_ranges(differences: NDArray[np.float32], importance: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The range ``(R, C)`` of each texture and channel that costs least when stored in ±127 steps.
+
+    A smaller range has smaller steps for all texels and clips a few: the sum of both errors is taken from a histogram
+    of the values ``(R, H, W, C)`` where ``importance`` ``(H, W)`` is positive.
+    """
+    ranges = _largest(differences)
+    counts = sum_rows(lambda top, bottom: _histogram(top, bottom, differences, importance, ranges), len(importance))
+    value = (np.arange(_BINS) + 0.5) / _BINS
+    # As parts of the largest value: the error of steps of a range, and of what lies beyond it.
+    above = counts[..., ::-1].cumsum(axis=2)[..., ::-1]
+    first = (counts * value)[..., ::-1].cumsum(axis=2)[..., ::-1]
+    second = (counts * value**2)[..., ::-1].cumsum(axis=2)[..., ::-1]
+    clipped = second - 2 * value * first + value**2 * above
+    stepped = above[..., :1] * (value / STEPS) ** 2 / 12
+    best = (clipped + stepped).argmin(axis=2)
+    chosen: NDArray[np.float32] = (ranges * (best + 1) / _BINS).astype(np.float32)
+    return np.maximum(chosen, np.float32(1e-12))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _round_differences(
+    top: int, bottom: int, values: NDArray[np.float32], ranges: NDArray[np.float32], out: NDArray[np.uint8]
+) -> None:
+    slots, _, width, channels = values.shape
+    for i in range(slots):
+        per_unit = np.float32(STEPS) / np.maximum(ranges[i], np.float32(1e-30))
+        for y in range(top, bottom):
+            for x in range(width):
+                for c in range(channels):
+                    step = np.rint(values[i, y, x, c] * per_unit[c])
+                    out[i, y, x, c] = np.uint8(min(max(step, np.float32(-STEPS)), np.float32(STEPS)) + ZERO)
+
+
+@njit(cache=True, nogil=True)
+def _difference_values(
+    top: int, bottom: int, stored: NDArray[np.uint8], steps: NDArray[np.float32], out: NDArray[np.float32]
+) -> None:
+    slots, _, width, channels = stored.shape
+    for i in range(slots):
+        for y in range(top, bottom):
+            for x in range(width):
+                for c in range(channels):
+                    out[i, y, x, c] = (np.float32(stored[i, y, x, c]) - np.float32(ZERO)) * steps[i, c]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _histogram(
+    top: int,
+    bottom: int,
+    differences: NDArray[np.float32],
+    importance: NDArray[np.float32],
+    ranges: NDArray[np.float32],
+) -> NDArray[np.float64]:
+    slots, _, width, channels = differences.shape
+    counts = np.zeros((slots, channels, _BINS))
+    for i in range(slots):
+        per_bin = np.float32(_BINS) / np.maximum(ranges[i], np.float32(1e-30))
+        for y in range(top, bottom):
+            for x in range(width):
+                if importance[y, x] > 0:
+                    for c in range(channels):
+                        part = abs(differences[i, y, x, c]) * per_bin[c]
+                        counts[i, c, min(int(part), _BINS - 1)] += 1
+    return counts
+
+
+def _largest(differences: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The largest absolute value of each texture and channel, ``(R, C)``."""
+    parts = map_rows(lambda top, bottom: np.abs(differences[:, top:bottom]).max(axis=(1, 2)), differences.shape[1])
+    largest: NDArray[np.float32] = np.max(parts, axis=0)
+    return largest
 
 
 def _quantise_neutral(neutral: NDArray[np.float32], bits: int) -> Texels:
@@ -72,10 +167,15 @@ def _quantise_neutral(neutral: NDArray[np.float32], bits: int) -> Texels:
 def _weights(
     model: CompressedTextures,
 ) -> tuple[NDArray[np.uint8] | NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-    weights = model.weights
-    slots = weights.shape[3]
-    if weights.shape[1:3] == (1, 1):
-        return weights, np.ones(slots, np.float32), np.zeros(slots, np.float32)
+    if model.weights.shape[1:3] == (1, 1):
+        slots = model.weights.shape[3]
+        return model.weights, np.ones(slots, np.float32), np.zeros(slots, np.float32)
+    return _round_weights(model.weights)
+
+
+def _round_weights(
+    weights: NDArray[np.float32],
+) -> tuple[NDArray[np.uint8], NDArray[np.float32], NDArray[np.float32]]:
     offset = weights.min(axis=(0, 1, 2))
     scale = weights.max(axis=(0, 1, 2)) - offset
     return _round(_divide(weights - offset, scale)), scale, offset

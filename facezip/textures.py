@@ -5,8 +5,6 @@ encoded here, so that everything downstream sees one kind of number.
 """
 
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from threading import Lock
 from typing import Any
@@ -21,8 +19,6 @@ TEXTURE_SUFFIXES = (".png", ".exr", ".tif", ".tiff", ".jpg", ".jpeg")
 MAX_SIDE = 16384
 
 Texels = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
-
-_stderr_lock = Lock()
 
 
 def encode_srgb(linear: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -100,7 +96,7 @@ def write_texture(path: Path, texels: Texels, compression: int = 3) -> None:
     output = oiio.ImageOutput.create(str(path))
     if output is None:
         raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{path}: {_one_line(oiio.geterror())}; use .png, .tif or .exr")
-    with _muted_stderr():
+    with _muted_stderr:
         written = output.open(str(path), spec) and output.write_image(np.ascontiguousarray(texels))
         reason = output.geterror()
         written = output.close() and written
@@ -113,7 +109,7 @@ def write_texture(path: Path, texels: Texels, compression: int = 3) -> None:
 def _decode(path: Path, expected: tuple[int, ...] | None = None) -> NDArray[Any]:
     config = oiio.ImageSpec()
     config.attribute("oiio:UnassociatedAlpha", 1)
-    with _muted_stderr():
+    with _muted_stderr:
         image = oiio.ImageInput.open(str(path), config)
         if image is None:
             raise _unreadable(path, oiio.geterror())
@@ -157,14 +153,29 @@ def _one_line(text: str) -> str:
     return (text.splitlines() or ["no reason given"])[0].strip()
 
 
-@contextmanager
-def _muted_stderr() -> Iterator[None]:
-    """Keep libpng and libtiff from writing to the terminal themselves: the error says it, once."""
-    with _stderr_lock, open(os.devnull, "wb") as nowhere:
-        kept = os.dup(2)
-        os.dup2(nowhere.fileno(), 2)
-        try:
-            yield
-        finally:
-            os.dup2(kept, 2)
-            os.close(kept)
+class _MutedStderr:
+    """Keeps libpng and libtiff from writing to the terminal themselves: the error says it, once.
+
+    The descriptor belongs to the whole process: the first of several threads redirects it, the last one restores it.
+    """
+
+    def __init__(self) -> None:
+        self._lock, self._inside, self._kept = Lock(), 0, -1
+
+    def __enter__(self) -> None:
+        with self._lock:
+            self._inside += 1
+            if self._inside == 1:
+                self._kept = os.dup(2)
+                with open(os.devnull, "wb") as nowhere:
+                    os.dup2(nowhere.fileno(), 2)
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._inside -= 1
+            if self._inside == 0:
+                os.dup2(self._kept, 2)
+                os.close(self._kept)
+
+
+_muted_stderr = _MutedStderr()

@@ -11,7 +11,7 @@ from facezip.commands import options
 from facezip.commands.facts import pack_facts
 from facezip.commands.options import megabytes
 from facezip.manifest import read_manifest
-from facezip.measure import mean_rmse, texture_errors
+from facezip.measure import mean_rmse, model_errors
 from facezip.methods import METHODS, compress
 from facezip.model import CompressedTextures
 from facezip.pack import read_pack, write_pack
@@ -22,7 +22,7 @@ from facezip.pack import read_pack, write_pack
 @click.option(
     "-o", "--output", type=options.FOLDER, required=True, metavar="PACK", help="Folder NAME.facezip to write."
 )
-@click.option("--method", type=click.Choice(list(METHODS)), default="paper", show_default=True)
+@click.option("--method", type=click.Choice(list(METHODS)), default="refined", show_default=True)
 @click.option("--differences", default=4, show_default=True, metavar="R", help="Number of difference textures.")
 @click.option("--weight-scale", default=8, show_default=True, metavar="S", help="Weight maps are S times smaller.")
 @click.option("--masks", default=53, show_default=True, metavar="K", help="Masks on the face (paper).")
@@ -51,7 +51,7 @@ def write_measured(
     """Write the pack, read it back, and describe it: facts, ``rmse`` and ``rmse_per_expression`` (0..255)."""
     bits = 8 if scans.neutral.itemsize == 1 else 16
     write_pack(model, output, name=scans.name, neutral_bits=bits, made_with=settings, overwrite=overwrite)
-    errors = texture_errors(scans, read_pack(output).reconstruct)
+    errors = model_errors(scans, read_pack(output))
     return {
         **pack_facts(output, read_manifest(output)),
         "rmse": mean_rmse(errors),

@@ -3,7 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip.measure import mean_rmse, texture_errors
+from facezip.baselines import principal_components
+from facezip.measure import mean_rmse, model_errors, texture_errors
+from facezip.refine import refine
 from tests.facezip.conftest import random_character
 
 
@@ -35,3 +37,12 @@ def test_one_grey_level_everywhere_is_an_error_of_one(character):
 
 def test_the_mean_is_over_expressions():
     assert mean_rmse({"a": 1.0, "b": 4.0}) == 2.5
+
+
+def test_errors_of_a_model_are_those_of_its_reconstructions():
+    character = random_character(side=70, expressions=5)
+    mask = np.random.default_rng(2).random(character.resolution).astype(np.float32)
+    character = replace(character, mask=mask)
+    for model in (principal_components(character, 2), refine(character, 3, 8)):
+        whole, fused = texture_errors(character, model.reconstruct), model_errors(character, model)
+        assert fused == pytest.approx(whole, rel=1e-5)

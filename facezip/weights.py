@@ -1,0 +1,198 @@
+"""The weight maps' side of an alternation: a sparse system on the low-resolution grid, solved for all expressions.
+
+Layout: a row of the grid holds ``(R, N, w)`` weights and ``(R, R, 9, w)`` couplings, columns innermost, so that the
+kernels run along rows in vector registers.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from facezip.rows import map_rows, sum_rows
+
+# Warm started: more steps would solve exactly what the next alternation changes again.
+STEPS = 3
+# What ties a weight to its neighbours, and to zero, as a part of the system's mean diagonal. The first fills what no
+# texel sees; both keep noise out of the weights.
+SMOOTHNESS = 1e-3
+RIDGE = 3e-3
+
+
+@dataclass(frozen=True, eq=False)
+class WeightSystem:
+    """Normal equations of all weight maps: ``matrix · W_n = right_n`` on the grid of low-resolution texels.
+
+    Attributes
+    ----------
+    matrix : ``(h, R, R, 9, w)`` float32, coupling of a texel with its 3 x 3 neighbours, row by row.
+    right : ``(h, R, N, w)`` float32.
+    """
+
+    matrix: NDArray[np.float32]
+    right: NDArray[np.float32]
+
+    @classmethod
+    def zeros(cls, shape: tuple[int, ...]) -> "WeightSystem":
+        """No equation yet for weights of ``shape`` ``(h, R, N, w)``."""
+        h, slots, _, w = shape
+        return cls(np.zeros((h, slots, slots, 9, w), np.float32), np.zeros(shape, np.float32))
+
+    @property
+    def mean_diagonal(self) -> float:
+        """The unit of the regularisation."""
+        return float(np.einsum("hiiw->", self.matrix[:, :, :, 4], dtype=np.float64) / self.right[:, :, 0].size)
+
+    def regularised(self, unit: float) -> "WeightSystem":
+        """The system of the error plus ``SMOOTHNESS · unit · ‖∇W‖² + RIDGE · unit · ‖W‖²``."""
+        matrix, slots = self.matrix.copy(), np.arange(self.matrix.shape[1])
+        smoothness = SMOOTHNESS * unit
+        diagonal = matrix[:, slots, slots]
+        for here, rows, columns in (
+            (1, slice(1, None), slice(None)),
+            (7, slice(None, -1), slice(None)),
+            (3, slice(None), slice(1, None)),
+            (5, slice(None), slice(None, -1)),
+        ):
+            diagonal[rows, :, here, columns] -= smoothness
+            diagonal[rows, :, 4, columns] += smoothness
+        # A grid where no texel counts at all would be singular.
+        diagonal[:, :, 4] += max(RIDGE * unit, 1e-30)
+        matrix[:, slots, slots] = diagonal
+        return WeightSystem(matrix, self.right)
+
+
+def solve_weights(system: WeightSystem, start: NDArray[np.float32]) -> tuple[NDArray[np.float32], float]:
+    """A few conjugate gradients from ``start``, ``(h, R, N, w)``, each expression with its own step lengths.
+
+    Returns
+    -------
+    weights : ``(h, R, N, w)``.
+    explained : how much lower the system's squared error is at ``start`` than with all weights zero.
+    """
+    rows = len(start)
+    # The preconditioner: the inverse of what each texel's weights have to do with themselves.
+    inverse = np.empty((rows, *system.matrix.shape[1:3], start.shape[3]), np.float32)
+    map_rows(lambda top, bottom: _invert(system.matrix[top:bottom, :, :, 4], inverse[top:bottom]), rows)
+    weights, conditioned, image = start.copy(), np.empty_like(start), np.empty_like(start)
+    length, turn = np.zeros(start.shape[2], np.float32), np.zeros(start.shape[2], np.float32)
+
+    def multiply(top: int, bottom: int) -> NDArray[np.float64]:
+        return _multiply(top, bottom, system.matrix, direction, image)
+
+    def condition(top: int, bottom: int) -> NDArray[np.float64]:
+        return _condition(top, bottom, inverse, residual, conditioned)
+
+    direction = weights
+    sum_rows(multiply, rows)
+    residual = system.right - image
+    explained = float(np.vdot(start, system.right + residual))
+    energy = sum_rows(condition, rows)
+    direction = conditioned.copy()
+    for _ in range(STEPS):
+        length[:] = _ratio(energy, sum_rows(multiply, rows))
+        map_rows(lambda top, bottom: _advance(top, bottom, length, direction, image, weights, residual), rows)
+        before, energy = energy, sum_rows(condition, rows)
+        turn[:] = _ratio(energy, before)
+        map_rows(lambda top, bottom: _turn(top, bottom, turn, conditioned, direction), rows)
+    return weights, explained
+
+
+def _invert(blocks: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+    out[:] = np.linalg.inv(blocks.transpose(0, 3, 1, 2)).transpose(0, 2, 3, 1)
+
+
+def _ratio(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float32]:
+    return np.divide(a, b, out=np.zeros_like(a), where=b > 0).astype(np.float32)
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _multiply(
+    top: int, bottom: int, matrix: NDArray[np.float32], x: NDArray[np.float32], out: NDArray[np.float32]
+) -> NDArray[np.float64]:
+    """``out = matrix · x``; returns ``x · out`` per expression, ``(N,)``."""
+    h, slots, count, _ = x.shape
+    dots = np.zeros(count)
+    for y in range(top, bottom):
+        for i in range(slots):
+            for n in range(count):
+                target = out[y, i, n]
+                target[:] = 0
+                for ny in range(max(y - 1, 0), min(y + 2, h)):
+                    for j in range(slots):
+                        _add_row(matrix[y, i, j], 3 * (ny - y + 1), x[ny, j, n], target)
+                dots[n] += _dot(x[y, i, n], target)
+    return dots
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _add_row(coupling: NDArray[np.float32], first: int, x: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+    """Add the products of a row of weight texels with the three couplings from ``first`` on, ``(9, w)``."""
+    before, same, after = coupling[first], coupling[first + 1], coupling[first + 2]
+    last = len(x) - 1
+    out[0] += same[0] * x[0]
+    if last == 0:
+        return
+    out[0] += after[0] * x[1]
+    for column in range(1, last):
+        out[column] += before[column] * x[column - 1] + same[column] * x[column] + after[column] * x[column + 1]
+    out[last] += before[last] * x[last - 1] + same[last] * x[last]
+
+
+@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
+def _dot(a: NDArray[np.float32], b: NDArray[np.float32]) -> np.float32:
+    total = np.float32(0)
+    for column in range(len(a)):
+        total += a[column] * b[column]
+    return total
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _condition(
+    top: int, bottom: int, inverse: NDArray[np.float32], residual: NDArray[np.float32], out: NDArray[np.float32]
+) -> NDArray[np.float64]:
+    """``out = inverse · residual`` texel by texel; returns ``residual · out`` per expression, ``(N,)``."""
+    _, slots, count, w = residual.shape
+    dots = np.zeros(count)
+    for y in range(top, bottom):
+        out[y] = 0
+        for i in range(slots):
+            for j in range(slots):
+                for n in range(count):
+                    for column in range(w):
+                        out[y, i, n, column] += inverse[y, i, j, column] * residual[y, j, n, column]
+            for n in range(count):
+                dots[n] += _dot(residual[y, i, n], out[y, i, n])
+    return dots
+
+
+@njit(cache=True, nogil=True)
+def _advance(
+    top: int,
+    bottom: int,
+    step: NDArray[np.float32],
+    direction: NDArray[np.float32],
+    image: NDArray[np.float32],
+    weights: NDArray[np.float32],
+    residual: NDArray[np.float32],
+) -> None:
+    _, slots, count, w = weights.shape
+    for y in range(top, bottom):
+        for i in range(slots):
+            for n in range(count):
+                for column in range(w):
+                    weights[y, i, n, column] += step[n] * direction[y, i, n, column]
+                    residual[y, i, n, column] -= step[n] * image[y, i, n, column]
+
+
+@njit(cache=True, nogil=True)
+def _turn(
+    top: int, bottom: int, turn: NDArray[np.float32], conditioned: NDArray[np.float32], direction: NDArray[np.float32]
+) -> None:
+    _, slots, count, w = direction.shape
+    for y in range(top, bottom):
+        for i in range(slots):
+            for n in range(count):
+                for column in range(w):
+                    direction[y, i, n, column] = conditioned[y, i, n, column] + turn[n] * direction[y, i, n, column]
