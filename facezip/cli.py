@@ -15,6 +15,7 @@ VERBS = {
     "decompress": "Textures out of a pack, of expressions or of a blend.",
     "info": "What a pack holds and what it costs.",
     "verify": "Check every byte of a pack.",
+    "paper": "The paper's table and figures on any character, with our methods beside its own.",
 }
 
 EXIT_CODES = "\b\nExit codes\n" + "\n".join(f"  {code.value}  {code.meaning}" for code in ExitCode)

@@ -1,0 +1,116 @@
+"""``facezip paper``: the paper's Table 1 and Figures 6 and 7, on any character, with our methods beside its own."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from facezip.character import Character, load_character
+from facezip.commands import options
+from facezip.writing import whole_folder
+
+if TYPE_CHECKING:
+    from reports.paper.experiments import Settings
+
+REPORT_FILE = "paper.json"
+EMBEDDED = (512, 1024, 2048)
+POSITIVE = click.IntRange(min=1)
+
+
+@click.command("paper")
+@click.argument("character", type=options.FOLDER, required=False)
+@click.option("-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder for the report.")
+@click.option(
+    "--resolution",
+    "resolutions",
+    type=POSITIVE,
+    multiple=True,
+    metavar="TEXELS",
+    help="Size of the textures, as often as you like; the figures are of the first (of scans: of the largest).",
+)
+@click.option("--expressions", default=20, show_default=True, metavar="N", help="Of the embedded character.")
+@click.option("--masks", type=POSITIVE, default=53, show_default=True, metavar="K", help="Masks on the face.")
+@click.option(
+    "--restarts", type=POSITIVE, default=100, show_default=True, metavar="N", help="Random starts of the stitching."
+)
+@click.option(
+    "--starts", type=POSITIVE, default=20, show_default=True, metavar="N", help="Starts measured per number of masks."
+)
+@click.option(
+    "--mask-count",
+    "mask_counts",
+    type=POSITIVE,
+    multiple=True,
+    metavar="K",
+    help="A number of masks to try, as often as you like; 5 to 103 if none.",
+)
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="S")
+@options.overwrite
+@options.as_json
+def command(
+    character: Path | None,
+    output: Path,
+    resolutions: tuple[int, ...],
+    expressions: int,
+    overwrite: bool,
+    as_json: bool,
+    mask_counts: tuple[int, ...],
+    **settings: int,
+) -> None:
+    """Reproduce the paper's Table 1, Figure 6 and Figure 7 on CHARACTER: DIR/index.html.
+
+    Without CHARACTER on the embedded one, made at 512, 1024 and 2048 texels; scans are taken at their own size and
+    halved down to 256, never enlarged. DIR/paper.json holds every number of the page.
+    """
+    from reports.paper.experiments import MASK_COUNTS, Settings
+    from reports.paper.report import write_paper_report
+    from reports.paper.reproduction import reproduce
+
+    with whole_folder(output, overwrite, lambda folder: (folder / REPORT_FILE).is_file()) as folder:
+        if character is None:
+            people, widths = _embedded(resolutions or EMBEDDED, expressions, settings["seed"])
+            origin = "the embedded character, made anew at each size"
+        else:
+            people, widths = _scanned(load_character(character), resolutions)
+            origin = f"the scans’ own {widths[0]} texels and halves of it by a box filter"
+        chosen = Settings(**settings, mask_counts=mask_counts or MASK_COUNTS)
+        document = reproduce(people, len(widths), chosen, origin)
+        document["command"] = _call(character, output, expressions, widths, chosen)
+        write_paper_report(document, folder)
+    answer = {**document, "output": str(output), "report": str(output / "index.html")}
+    options.answer(answer, as_json, lambda: _lines(answer))
+
+
+def _embedded(widths: Sequence[int], expressions: int, seed: int) -> tuple[Iterable[Character], Sequence[int]]:
+    from scenes.character import make_character
+
+    return (make_character(width, expressions, seed) for width in widths), widths
+
+
+def _scanned(scans: Character, wanted: Sequence[int]) -> tuple[Iterable[Character], Sequence[int]]:
+    from reports.paper.sizes import at_widths, widths_of
+
+    widths = widths_of(scans, wanted)
+    return at_widths(scans, widths), widths
+
+
+def _call(character: Path | None, output: Path, expressions: int, widths: Sequence[int], settings: "Settings") -> str:
+    """The command that makes the same report again."""
+    words = ["facezip paper", f"--expressions {expressions}" if character is None else str(character), f"-o {output}"]
+    words += [f"--resolution {width}" for width in widths]
+    words += [f"--mask-count {count}" for count in settings.mask_counts]
+    words += [f"--{name} {getattr(settings, name)}" for name in ("masks", "restarts", "starts", "seed")]
+    return " ".join(words)
+
+
+def _lines(answer: Mapping[str, Any]) -> list[str]:
+    means = answer["figure_6"]["rmse"]
+    differing = [finding for finding in answer["findings"] if finding["stance"] == "differs"]
+    return [
+        f"{answer['output']}: {answer['character']['name']}, mean RMSE of 255: paper {means['paper']:.2f}, "
+        f"PCA(4) {means['pca_4']:.2f}, PCA(8) {means['pca_8']:.2f}, refined {means['refined']:.2f}; "
+        f"{answer['seconds']['total']:.0f} s",
+        *(f"  differs from the paper: {finding['title']}. {finding['here']}" for finding in differing),
+        f"  open {answer['report']}",
+    ]

@@ -1,0 +1,148 @@
+"""What is measured for Table 1, Figure 6 and the left of Figure 7: RMSE, 0..255, of maps as packs store them."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.character import Character
+from facezip.footprint import Footprint
+from facezip.measure import mean_rmse
+from facezip.methods import compress
+from facezip.stitching import Stitching, search, unpermuted
+from reports.paper.published import EXPRESSIONS_IN_MEMORY
+from reports.paper.steps import Clock, Fragments, make_fragments, stored_errors
+
+WEIGHT_SCALE = 8
+MASK_COUNTS = (5, 13, 23, 33, 43, 53, 63, 83, 103)
+WHOLE: dict[str, dict[str, Any]] = {
+    "refined": {"method": "refined", "differences": 4, "weight_scale": WEIGHT_SCALE},
+    "pca_4": {"method": "pca", "differences": 4},
+    "pca_8": {"method": "pca", "differences": 8},
+}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the experiments may be told.
+
+    Attributes
+    ----------
+    masks : number of masks (53 in the paper).
+    restarts : random starts of the paper's search (100).
+    starts : random starts measured for each number of masks (1000 in the paper's Figure 7, right).
+    mask_counts : those numbers of masks, besides ``masks``.
+    seed : of every random choice.
+    """
+
+    masks: int = 53
+    restarts: int = 100
+    starts: int = 20
+    mask_counts: tuple[int, ...] = MASK_COUNTS
+    seed: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """All methods on one character: what Table 1 needs, and what the figures go on with.
+
+    Attributes
+    ----------
+    fragments : what all stitchings share.
+    stitchings : by method.
+    search_seconds : of each stitching, by method.
+    seconds : of every other step and method.
+    errors : RMSE by method and expression.
+    footprints : by method.
+    """
+
+    fragments: Fragments
+    stitchings: dict[str, Stitching]
+    search_seconds: dict[str, float]
+    seconds: dict[str, float]
+    errors: dict[str, dict[str, float]]
+    footprints: dict[str, Footprint]
+
+    @property
+    def character(self) -> Character:
+        """The character of the trial."""
+        return self.fragments.character
+
+
+def stitch(table: NDArray[np.float64], settings: Settings) -> tuple[dict[str, Stitching], dict[str, float]]:
+    """What every search makes of a table of costs, and its seconds, by method."""
+    searches: dict[str, Callable[[], Stitching]] = {
+        "paper": lambda: search(table, settings.restarts, settings.seed),
+        "paper_unpermuted": lambda: unpermuted(table),
+    }
+    clock, found = Clock(), {}
+    for name, run in searches.items():
+        with clock.step(name):
+            found[name] = run()
+    return found, clock.seconds
+
+
+def run_trial(character: Character, settings: Settings) -> Trial:
+    """Compress once by the paper and with every method that shares nothing with it; measure what packs would hold."""
+    clock = Clock()
+    fragments = make_fragments(character, settings.masks, settings.seed)
+    stitchings, search_seconds = stitch(fragments.table, settings)
+    with clock.step("factorisation"):
+        model = fragments.stitched(stitchings["paper"], WEIGHT_SCALE)
+    errors, footprints = {"paper": stored_errors(character, model)}, {"paper": model.footprint}
+    for name, options in WHOLE.items():
+        with clock.step(name):
+            model = compress(character, **options)
+        errors[name], footprints[name] = stored_errors(character, model), model.footprint
+    return Trial(fragments, stitchings, search_seconds, {**fragments.seconds, **clock.seconds}, errors, footprints)
+
+
+def table_1(trial: Trial) -> dict[str, Any]:
+    """One row: seconds of every step and method, bytes of GPU memory, fetches a pixel, mean RMSE."""
+    seconds = trial.seconds
+    steps = {
+        "masks": seconds["masks"],
+        "clustering": seconds["clustering"],
+        "stitching": seconds["table"] + trial.search_seconds["paper"],
+        "factorisation": seconds["factorisation"],
+    }
+    return {
+        "resolution": list(trial.character.resolution),
+        "expressions": len(trial.character.expressions),
+        "seconds": {**steps, "paper": sum(steps.values()), **{name: seconds[name] for name in WHOLE}},
+        "bytes_on_gpu": _bytes(trial.footprints, len(trial.character.expressions)),
+        "bytes_on_gpu_of_51": _bytes(trial.footprints, EXPRESSIONS_IN_MEMORY),
+        "fetches": {name: footprint.fetches for name, footprint in trial.footprints.items()},
+        "rmse": {name: mean_rmse(errors) for name, errors in trial.errors.items()},
+    }
+
+
+def _bytes(footprints: Mapping[str, Footprint], expressions: int) -> dict[str, int]:
+    costs = {name: replace(cost, expressions=expressions) for name, cost in footprints.items()}
+    return {"raw": costs["paper"].bytes_raw, **{name: cost.bytes_on_gpu for name, cost in costs.items()}}
+
+
+def figure_6(trial: Trial) -> dict[str, Any]:
+    """RMSE of every expression and method; the stitchings share masks and clusters."""
+    errors = dict(trial.errors)
+    for name, stitching in trial.stitchings.items():
+        if name not in errors:
+            errors[name] = stored_errors(trial.character, trial.fragments.stitched(stitching, WEIGHT_SCALE))
+    return {
+        "resolution": list(trial.character.resolution),
+        "rmse": {name: mean_rmse(one) for name, one in errors.items()},
+        "rmse_per_expression": errors,
+    }
+
+
+def figure_7_convergence(trial: Trial) -> dict[str, Any]:
+    """Cost of equation (3) from every random start, before and after each sweep, and what each search ends with."""
+    return {
+        "resolution": list(trial.character.resolution),
+        "masks": trial.fragments.masks.count,
+        "history": trial.stitchings["paper"].history.tolist(),
+        "cost": {name: stitching.cost for name, stitching in trial.stitchings.items()},
+        "seconds": trial.search_seconds,
+    }

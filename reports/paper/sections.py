@@ -1,0 +1,91 @@
+"""The page's sections: a legend, plots, tables and what there is to say about them. One function a section."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from reports.paper import figure_6, figure_7_left, figure_7_right, table_1
+from reports.paper.table_1 import size
+from reports.plots import Mark, Plot
+from reports.tables import Table
+
+WIDE, NARROW = 560.0, 380.0
+
+
+@dataclass(frozen=True)
+class Section:
+    """One table or figure of the paper.
+
+    Attributes
+    ----------
+    anchor, short : its address in the page and its name in the page's navigation.
+    title, intro : heading, and the sentences under it.
+    legend : mark, label and note of every method shown.
+    plots : pairs of a plot for a wide page and for a telephone; each page shows one of them.
+    tables : shown, or behind a click where ``folded``.
+    """
+
+    anchor: str
+    short: str
+    title: str
+    intro: str
+    legend: tuple[tuple[Mark, str, str], ...] = ()
+    plots: tuple[tuple[Plot, Plot], ...] = ()
+    tables: tuple[Table, ...] = ()
+    folded: bool = False
+
+
+def sections(document: Mapping[str, Any]) -> list[Section]:
+    """All sections in the order of the page; a further figure is one more function here."""
+    return [_table_1(document), _figure_6(document), _figure_7_left(document), _figure_7_right(document)]
+
+
+def _table_1(document: Mapping[str, Any]) -> Section:
+    intro = f"Texture sizes: {document['conditions']['texture_sizes']}."
+    tables = table_1.times(document), table_1.memory(document), table_1.errors(document)
+    return Section("table-1", "Table 1", "Table 1: time, memory and error", intro, tables=tables)
+
+
+def _figure_6(document: Mapping[str, Any]) -> Section:
+    figure, region = document["figure_6"], document["conditions"]["texture_region"]
+    return Section(
+        "figure-6",
+        "Figure 6",
+        "Figure 6: error per expression",
+        f"Texture RMSE, 0 to 255, at {size(figure['resolution'])}, over {region}. Lower is better.",
+        legend=figure_6.legend(figure),
+        plots=((figure_6.upright(figure), figure_6.lying(figure)),),
+        tables=(figure_6.table(figure),),
+        folded=True,
+    )
+
+
+def _figure_7_left(document: Mapping[str, Any]) -> Section:
+    figure = document["figure_7_convergence"]
+    return Section(
+        "figure-7-left",
+        "Figure 7 left",
+        "Figure 7, left: convergence of the stitching",
+        f"Equation (3) with {figure['masks']} masks at {size(figure['resolution'])}: the paper’s search from "
+        f"{len(figure['history'])} random permutations, mask after mask. The thick line is the best start.",
+        plots=tuple(
+            (draw(figure, WIDE), draw(figure, NARROW)) for draw in (figure_7_left.convergence, figure_7_left.ends)
+        ),
+    )
+
+
+def _figure_7_right(document: Mapping[str, Any]) -> Section:
+    figure = document["figure_7_masks"]
+    return Section(
+        "figure-7-right",
+        "Figure 7 right",
+        "Figure 7, right: error and number of masks",
+        f"Mean RMSE at {size(figure['resolution'])}. Boxes: {figure['starts']} random starts, each taken to its end "
+        "alone, from quartile to quartile with the median across; whiskers reach the least and the largest error.",
+        legend=figure_7_right.legend(figure),
+        plots=tuple(
+            (draw(figure, WIDE), draw(figure, NARROW)) for draw in (figure_7_right.whole, figure_7_right.magnified)
+        ),
+        tables=(figure_7_right.table(figure),),
+        folded=True,
+    )

@@ -1,0 +1,91 @@
+"""One character at several texture sizes: halved by a box filter, never enlarged."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.character import Character
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.textures import Texels
+
+SMALLEST = 256
+
+
+def widths_of(character: Character, wanted: Sequence[int] = ()) -> list[int]:
+    """Widths at which a character can be had, largest first: its own, and every half of it down to 256 texels.
+
+    Parameters
+    ----------
+    character : the scans.
+    wanted : widths in texels to which the answer is limited, smaller ones too; no limit where empty.
+
+    Raises
+    ------
+    FaceZipError
+        ``BAD_VALUE`` for a width that halving does not reach.
+    """
+    widths = [width for _, width in _halvings(character.resolution, min((SMALLEST, *wanted)))]
+    unreachable = [width for width in wanted if width not in widths]
+    if unreachable:
+        raise FaceZipError(
+            ErrorCode.BAD_VALUE,
+            f"--resolution {unreachable[0]}: textures of {character.name} are halved, never enlarged; "
+            f"choose from {', '.join(map(str, widths))}",
+        )
+    return [width for width in widths if width in wanted] if wanted else widths
+
+
+def at_widths(character: Character, widths: Sequence[int]) -> Iterator[Character]:
+    """The character at each of the widths that :func:`widths_of` gave, one after the other."""
+    for width in widths:
+        while character.resolution[1] > width:
+            character = halved(character)
+        yield character
+
+
+def reduced(character: Character, most: int) -> Character:
+    """The character halved until no side is longer than ``most`` texels, or until a side is odd."""
+    for _ in _halvings(character.resolution, 1)[1:]:
+        if max(character.resolution) <= most:
+            break
+        character = halved(character)
+    return character
+
+
+def halved(character: Character) -> Character:
+    """Textures and mask at half the size, each texel the mean of four encoded ones; sides must be even."""
+    return replace(
+        character,
+        neutral=_halved(character.neutral),
+        textures=_halved(character.textures),
+        mask=None if character.mask is None else _means(character.mask[:, :, None])[:, :, 0],
+    )
+
+
+def _halvings(size: tuple[int, int], smallest: int) -> list[tuple[int, int]]:
+    """A texture's size and its halves, as long as sides are even and not below ``smallest``."""
+    height, width = size
+    found = [size]
+    while not (height % 2 or width % 2) and min(height, width) // 2 >= smallest:
+        height, width = height // 2, width // 2
+        found.append((height, width))
+    return found
+
+
+def _halved(texels: Texels) -> Texels:
+    """``(..., H, W, C)`` at half the size, of the same type; a texture at a time, for the memory."""
+    *count, height, width, channels = texels.shape
+    out: Texels = np.empty((*count, height // 2, width // 2, channels), texels.dtype)
+    for index in np.ndindex(*count):
+        means = _means(texels[index])
+        out[index] = means if out.dtype.kind == "f" else np.rint(means)
+    return out
+
+
+def _means(texels: Texels) -> NDArray[np.float32]:
+    height, width, channels = texels.shape
+    blocks = texels.reshape(height // 2, 2, width // 2, 2, channels)
+    means: NDArray[np.float32] = blocks.mean(axis=(1, 3), dtype=np.float32)
+    return means
