@@ -16,6 +16,7 @@ VERBS = {
     "info": "What a pack holds and what it costs.",
     "verify": "Check every byte of a pack.",
     "paper": "The paper's table and figures on any character, with our methods beside its own.",
+    "bench": "How long the main jobs take on this machine, as ratios.",
 }
 
 EXIT_CODES = "\b\nExit codes\n" + "\n".join(f"  {code.value}  {code.meaning}" for code in ExitCode)

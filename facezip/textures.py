@@ -61,8 +61,8 @@ def read_texture(path: Path) -> Texels:
     return _encode_checked(texels.astype(np.float32), path)
 
 
-def read_texture_exactly(path: Path, shape: tuple[int, ...]) -> Texels:
-    """Read an integer image of a known ``(H, W, C)``, alpha included.
+def read_texture_exactly(path: Path, shape: tuple[int, ...] | None = None) -> Texels:
+    """Read an integer image as it is stored, alpha included; where given, ``(H, W, C)`` must be ``shape``.
 
     Raises
     ------

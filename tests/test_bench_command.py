@@ -1,0 +1,74 @@
+"""``facezip bench`` as its users call it; what it says is checked, how fast it is never."""
+
+import json
+from statistics import median_low
+
+import numpy as np
+import pytest
+
+from facezip import load_character, save_character
+from facezip.errors import ExitCode
+from facezip.textures import write_texture
+from tests.facezip.conftest import random_character
+from tests.test_cli import run
+
+
+@pytest.fixture(scope="module")
+def document():
+    done = run("bench", "compress", "--resolution", 256, "--expressions", 3, "--repeats", 2, "--json")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    return json.loads(done.stdout)
+
+
+def test_sums_and_ratios_are_those_of_one_run(document):
+    for run_ in (document, *document["runs"]):
+        assert run_["total_s"] == pytest.approx(sum(run_[f"{part}_s"] for part in ("load", "fit", "write", "measure")))
+        assert run_["io_s"] == pytest.approx(run_["decode_s"] + run_["encode_s"])
+        assert run_["ratio"] == pytest.approx(run_["total_s"] / run_["io_s"])
+        assert all(value > 0 for value in run_.values() if isinstance(value, float))
+
+
+def test_the_run_of_median_ratio_is_reported(document):
+    assert len(document["runs"]) == 2
+    assert document["ratio"] == median_low(run_["ratio"] for run_ in document["runs"])
+    assert document["peak_memory_mb"] == max(run_["peak_memory_mb"] for run_ in document["runs"])
+
+
+def test_conditions_belong_to_every_number(document):
+    conditions = document["conditions"]
+    assert (conditions["resolution"], conditions["expressions"], conditions["seed"]) == ([256, 256], 3, 0)
+    assert {"facezip", "numba", "OpenImageIO"} < {*conditions["versions"]}
+    assert document["bytes_on_gpu"] == 4 * 3 * 256**2 + 3 * 4 * 32**2
+    assert conditions["cores"] >= 1
+
+
+@pytest.mark.parametrize("dtype", [np.uint16, np.float32])
+def test_own_scans_are_measured_as_they_are_stored(tmp_path, dtype):
+    save_character(random_character(side=64, dtype=dtype), tmp_path / "scans")
+    write_texture(tmp_path / "scans" / "mask.png", np.full((64, 64, 1), 255, np.uint8))
+    before = {path: path.read_bytes() for path in (tmp_path / "scans").iterdir()}
+    done = run("bench", "compress", "--character", tmp_path / "scans", "--repeats", 1, "--json")
+    assert done.returncode == 0, done.stderr
+    conditions = json.loads(done.stdout)["conditions"]
+    assert (conditions["character"], conditions["seed"], conditions["texels"]) == ("scans", None, np.dtype(dtype).name)
+    assert before == {path: path.read_bytes() for path in (tmp_path / "scans").iterdir()}
+    assert load_character(tmp_path / "scans").mask.all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (("--resolution", 255), ExitCode.USAGE),
+        (("--resolution", 4097), ExitCode.USAGE),
+        (("--expressions", 1), ExitCode.USAGE),
+        (("--character", "nowhere", "--seed", 1), ExitCode.USAGE),
+        (("--character", "nowhere"), ExitCode.BAD_INPUT),
+    ],
+)
+def test_a_wrong_call_is_one_line(arguments, code):
+    done = run("bench", "compress", *arguments)
+    assert done.returncode == code
+    assert "Traceback" not in done.stderr
+    if code is not ExitCode.USAGE:
+        assert len(done.stderr.splitlines()) == 1
