@@ -2,7 +2,7 @@
 
 >>> import facezip
 >>> character = facezip.load_character("my_scans")
->>> model = facezip.compress(character, method="paper")
+>>> model = facezip.compress(character)
 >>> facezip.write_pack(model, "my_scans.facezip")
 >>> texture = facezip.read_pack("my_scans.facezip").blend({"smile": 0.5, "blink": 1.0})
 """
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from facezip.character import Character, load_character, save_character
+    from facezip.choice import choose
     from facezip.errors import ErrorCode, FaceZipError
     from facezip.meshes import Topology
     from facezip.methods import compress
@@ -28,6 +29,7 @@ _HOMES = {
     "FaceZipError": "errors",
     "Meshes": "model",
     "Topology": "meshes",
+    "choose": "choice",
     "compress": "methods",
     "load_character": "character",
     "read_pack": "pack",
@@ -43,6 +45,7 @@ __all__ = [
     "FaceZipError",
     "Meshes",
     "Topology",
+    "choose",
     "compress",
     "load_character",
     "read_pack",

@@ -39,6 +39,7 @@ class ErrorCode(StrEnum):
     BAD_PACK = "bad-pack"
     UNKNOWN_NAME = "unknown-name"
     BAD_VALUE = "bad-value"
+    OUT_OF_REACH = "out-of-reach"
     NO_LLVM = "no-llvm"
     CANNOT_WRITE = "cannot-write"
 

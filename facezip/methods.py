@@ -21,7 +21,7 @@ WEIGHT_SCALES = (4, 8, 16, 32)
 PAPER_DIFFERENCES = 4
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Settings:
     """What a method may be told.
 
@@ -32,6 +32,7 @@ class Settings:
     masks : number of masks on the face region (paper).
     restarts : random starts of the stitching (paper).
     seed : of every random choice.
+    importance : ``(H, W)`` ≥ 0, what a texel's squared error counts besides the mask (refined); None for 1 everywhere.
     """
 
     differences: int = 4
@@ -39,6 +40,7 @@ class Settings:
     masks: int = 53
     restarts: int = 100
     seed: int = 0
+    importance: NDArray[np.float32] | None = None
 
     def check(self) -> None:
         """Raise ``BAD_VALUE`` for the first setting outside its range."""
@@ -64,6 +66,7 @@ def compress(
     masks: int = 53,
     restarts: int = 100,
     seed: int = 0,
+    importance: NDArray[np.float32] | None = None,
 ) -> CompressedTextures:
     """Fit one neutral, R difference textures and N weight maps to a character's textures (equation 1).
 
@@ -71,16 +74,17 @@ def compress(
     ----------
     character : neutral and expressions.
     method : ``"refined"``, ``"paper"``, ``"paper-unpermuted"`` (its ablation) or ``"pca"``.
-    differences, weight_scale, masks, restarts, seed : see :class:`Settings`.
+    differences, weight_scale, masks, restarts, seed, importance : see :class:`Settings`.
 
     Raises
     ------
     FaceZipError
-        ``BAD_VALUE`` for a setting outside its range, ``TOO_MANY_MASKS``.
+        ``BAD_VALUE`` for a setting outside its range, ``TOO_MANY_MASKS``; ``SIZE_MISMATCH`` or ``BAD_TEXELS`` for an
+        importance that does not fit.
     """
     if method not in METHODS:
         raise FaceZipError(ErrorCode.BAD_VALUE, f"method '{method}': must be one of {', '.join(METHODS)}")
-    settings = Settings(differences, weight_scale, masks, restarts, seed)
+    settings = Settings(differences, weight_scale, masks, restarts, seed, importance)
     settings.check()
     model = METHODS[method](character, settings)
     meshes = Meshes(character.topology, character.neutral_vertices, character.vertices - character.neutral_vertices)
@@ -122,7 +126,7 @@ def _pca(character: Character, settings: Settings) -> CompressedTextures:
 
 
 def _refined(character: Character, settings: Settings) -> CompressedTextures:
-    return refine(character, settings.differences, settings.weight_scale)
+    return refine(character, settings.differences, settings.weight_scale, settings.importance)
 
 
 METHODS: dict[str, Callable[[Character, Settings], CompressedTextures]] = {

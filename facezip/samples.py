@@ -47,7 +47,8 @@ def samples_of(character: Character, importance: NDArray[np.float32] | None = No
             reason = "must be finite, not negative, and not 0 on the whole face"
             raise FaceZipError(ErrorCode.BAD_TEXELS, f"importance: values {reason}")
     # Kernels read rows as they lie.
-    textures, neutral = np.require(character.textures, requirements="C"), np.require(character.neutral, requirements="C")
+    textures = np.require(character.textures, requirements="C")
+    neutral = np.require(character.neutral, requirements="C")
     return Samples(textures, neutral, texel_scale(character), weight.astype(np.float32))
 
 

@@ -10,7 +10,7 @@ import pytest
 from facezip import read_pack, save_character
 from facezip.cli import VERBS
 from facezip.errors import ExitCode
-from facezip.textures import read_texture
+from facezip.textures import read_texture, write_texture
 from tests.facezip.conftest import random_character
 
 
@@ -97,7 +97,28 @@ def bad_calls(scans, pack, folder):
     return {
         "no such character": (("compress", folder / "nobody", "-o", folder / "x"), ExitCode.BAD_INPUT),
         "an empty folder": (("compress", folder / "empty", "-o", folder / "x"), ExitCode.BAD_INPUT),
-        "too many masks": (("compress", scans, "-o", folder / "x", "--masks", 999), ExitCode.BAD_INPUT),
+        "too many masks": (
+            ("compress", scans, "-o", folder / "x", "--method", "paper", "--masks", 999),
+            ExitCode.BAD_INPUT,
+        ),
+        "masks for the refined method": (("compress", scans, "-o", folder / "x", "--masks", 20), ExitCode.USAGE),
+        "a target for the paper's": (
+            ("compress", scans, "-o", folder / "x", "--method", "paper", "--target-rmse", 2),
+            ExitCode.USAGE,
+        ),
+        "a target and a number of differences": (
+            ("compress", scans, "-o", folder / "x", "--target-rmse", 2, "--differences", 2),
+            ExitCode.USAGE,
+        ),
+        "a target out of reach": (("compress", scans, "-o", folder / "x", "--target-rmse", 1e-6), ExitCode.BAD_INPUT),
+        "a budget below the least": (
+            ("compress", scans, "-o", folder / "x", "--budget-mb", 1e-3),
+            ExitCode.BAD_INPUT,
+        ),
+        "an importance of another size": (
+            ("compress", scans, "-o", folder / "x", "--importance", folder / "importance.png"),
+            ExitCode.BAD_INPUT,
+        ),
         "five differences by the paper": (
             ("compress", scans, "-o", folder / "x", "--method", "paper", "--differences", 5),
             ExitCode.BAD_INPUT,
@@ -123,6 +144,7 @@ def bad_calls(scans, pack, folder):
 
 def test_every_wrong_call_is_one_line_an_exit_code_and_no_output(scans, pack, tmp_path):
     save_character(random_character(side=32, expressions=7), tmp_path / "other")
+    write_texture(tmp_path / "importance.png", np.full((16, 16, 1), 255, np.uint8))
     for case, (arguments, code) in bad_calls(scans, pack[0], tmp_path).items():
         done = run(*arguments)
         assert done.returncode == code, f"{case}: {done.stderr}"

@@ -1,12 +1,15 @@
 """``facezip compress``: a character in, a pack out, with the error of what was written."""
 
+from dataclasses import asdict
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from facezip.character import Character, load_character
+from facezip.choice import choose
 from facezip.commands import options
 from facezip.commands.facts import pack_facts
 from facezip.commands.options import megabytes
@@ -15,6 +18,7 @@ from facezip.measure import mean_rmse, model_errors
 from facezip.methods import METHODS, compress
 from facezip.model import CompressedTextures
 from facezip.pack import read_pack, write_pack
+from facezip.textures import read_texture, to_float
 
 
 @click.command("compress")
@@ -25,24 +29,62 @@ from facezip.pack import read_pack, write_pack
 @click.option("--method", type=click.Choice(list(METHODS)), default="refined", show_default=True)
 @click.option("--differences", default=4, show_default=True, metavar="R", help="Number of difference textures.")
 @click.option("--weight-scale", default=8, show_default=True, metavar="S", help="Weight maps are S times smaller.")
+@click.option("--target-rmse", type=float, metavar="X", help="Choose R and S: least memory with at most this error.")
+@click.option("--budget-mb", type=float, metavar="X", help="Choose R and S: least error in this GPU memory.")
+@click.option("--importance", type=options.FOLDER, metavar="FILE", help="Image: how much a texel's error counts.")
 @click.option("--masks", default=53, show_default=True, metavar="K", help="Masks on the face (paper).")
 @click.option("--restarts", default=100, show_default=True, metavar="N", help="Random starts of the stitching (paper).")
 @click.option("--seed", default=0, show_default=True, metavar="S")
 @options.overwrite
 @options.as_json
-def command(character: Path, output: Path, overwrite: bool, as_json: bool, **settings: Any) -> None:
+@click.pass_context
+def command(
+    context: click.Context,
+    /,
+    character: Path,
+    output: Path,
+    target_rmse: float | None,
+    budget_mb: float | None,
+    importance: Path | None,
+    overwrite: bool,
+    as_json: bool,
+    **settings: Any,
+) -> None:
     """Compress the expression textures of CHARACTER into a pack.
 
     CHARACTER is a folder with neutral.obj and neutral.png, and NAME.obj and NAME.png per expression (EXR, TIFF and
     16-bit PNG too). A mask.png in it limits the face region and the error.
     """
+    choosing = target_rmse is not None or budget_mb is not None
+    _check_together(context, choosing, settings["method"], importance)
     start = perf_counter()
     scans = load_character(character)
-    model = compress(scans, **settings)
-    document = write_measured(scans, model, output, overwrite, settings)
+    weights = None if importance is None else to_float(read_texture(importance))[:, :, 0]
+    choice = None
+    if choosing:
+        budget = None if budget_mb is None else budget_mb * 1e6
+        choice = choose(scans, target_rmse=target_rmse, budget_bytes=budget, importance=weights)
+        settings |= {"differences": choice.trial.differences, "weight_scale": choice.trial.weight_scale}
+        settings |= {"target_rmse": target_rmse, "budget_mb": budget_mb}
+    model = choice.model if choice else compress(scans, **settings, importance=weights)
+    made_with = settings if importance is None else {**settings, "importance": importance.name}
+    document = write_measured(scans, model, output, overwrite, made_with)
     document |= {"pack": str(output)}
+    if choice:
+        document |= {"choice": {"reason": choice.reason, "tried": [asdict(trial) for trial in choice.tried]}}
     document["seconds"] = round(perf_counter() - start, 3)
     options.answer(document, as_json, lambda: _lines(document))
+
+
+def _check_together(context: click.Context, choosing: bool, method: str, importance: Path | None) -> None:
+    """Refuse options that contradict each other, before any work."""
+    given = {name for name in context.params if context.get_parameter_source(name) is ParameterSource.COMMANDLINE}
+    if choosing and given & {"differences", "weight_scale"}:
+        raise click.UsageError("--target-rmse and --budget-mb choose --differences and --weight-scale: leave those out")
+    if method != "refined" and (choosing or importance):
+        raise click.UsageError("--target-rmse, --budget-mb and --importance need --method refined")
+    if method == "refined" and given & {"masks", "restarts"}:
+        raise click.UsageError("--masks and --restarts are of the paper's method: add --method paper")
 
 
 def write_measured(
@@ -65,11 +107,13 @@ def _lines(document: dict[str, Any]) -> list[str]:
     worst, best = max(errors, key=errors.__getitem__), min(errors, key=errors.__getitem__)
     gpu, raw, disk = (megabytes(document[key]) for key in ("bytes_on_gpu", "bytes_raw", "bytes_on_disk"))
     saving = document["bytes_raw"] / document["bytes_on_gpu"]
+    chosen = [f"  chosen   {document['choice']['reason']}"] if "choice" in document else []
     return [
         f"{document['pack']}: {len(errors)} expressions in {document['differences']} difference textures, "
         f"method {document['method']}, {document['seconds']:.1f} s",
         f"  RMSE     {document['rmse']:.2f} of 255 ({document['region']}); worst {worst} {errors[worst]:.2f}, "
         f"best {best} {errors[best]:.2f}",
+        *chosen,
         f"  GPU      {gpu} instead of {raw} ({saving:.1f}x less), {document['fetches']} fetches a pixel",
         f"  on disk  {disk}",
     ]
