@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.baselines import principal_components
+from facezip.beam import beam_search
 from facezip.character import Character
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.factorise import cluster_shares, difference_textures, weight_maps
@@ -14,8 +15,9 @@ from facezip.fragments import cluster_fragments, masked_gram
 from facezip.manifest import MAX_DIFFERENCES
 from facezip.masks import compute_masks
 from facezip.model import CompressedTextures, Meshes
+from facezip.paircosts import pair_costs
 from facezip.refine import refine
-from facezip.stitching import Stitching, pair_costs, search, unpermuted
+from facezip.stitching import Stitching, search, unpermuted
 
 WEIGHT_SCALES = (4, 8, 16, 32)
 PAPER_DIFFERENCES = 4
@@ -30,7 +32,7 @@ class Settings:
     differences : number R of difference textures, 1 to 8.
     weight_scale : how many times smaller weight maps are than textures: 4, 8, 16 or 32.
     masks : number of masks on the face region (paper).
-    restarts : random starts of the stitching (paper).
+    restarts : random starts of the stitching (paper; not its variants).
     seed : of every random choice.
     importance : ``(H, W)`` ≥ 0, what a texel's squared error counts besides the mask (refined); None for 1 everywhere.
     """
@@ -73,7 +75,8 @@ def compress(
     Parameters
     ----------
     character : neutral and expressions.
-    method : ``"refined"``, ``"paper"``, ``"paper-unpermuted"`` (its ablation) or ``"pca"``.
+    method : ``"refined"``, ``"paper"``, ``"paper-optimised"`` (with our search of the permutation),
+        ``"paper-unpermuted"`` (its ablation) or ``"pca"``.
     differences, weight_scale, masks, restarts, seed, importance : see :class:`Settings`.
 
     Raises
@@ -93,6 +96,10 @@ def compress(
 
 def _paper(character: Character, settings: Settings) -> CompressedTextures:
     return _stitched(character, settings, lambda table: search(table, settings.restarts, settings.seed))
+
+
+def _paper_optimised(character: Character, settings: Settings) -> CompressedTextures:
+    return _stitched(character, settings, beam_search)
 
 
 def _paper_unpermuted(character: Character, settings: Settings) -> CompressedTextures:
@@ -132,6 +139,7 @@ def _refined(character: Character, settings: Settings) -> CompressedTextures:
 METHODS: dict[str, Callable[[Character, Settings], CompressedTextures]] = {
     "refined": _refined,
     "paper": _paper,
+    "paper-optimised": _paper_optimised,
     "paper-unpermuted": _paper_unpermuted,
     "pca": _pca,
 }

@@ -39,7 +39,7 @@ class CompressedTextures:
     differences : ``(R, H, W, C)`` float32, encoded values, signed.
     weights : ``(N, h, w, R)`` float32; sampled bilinearly. PCA is the special case of one texel, ``h = w = 1``.
     expressions : N names in the order of ``weights``.
-    method : what fitted them: paper, paper-unpermuted, pca, refined.
+    method : what fitted them: paper, paper-optimised, paper-unpermuted, pca, refined.
     meshes : the geometry, or None.
     difference_range : ``(R, C)`` float32, the largest value of a difference texture that a pack has to hold where the
         fit chose one; None for the largest there is.

@@ -8,6 +8,7 @@ import numpy as np
 from reports.metrics import number
 from reports.paper.methods import METHODS
 from reports.plots import Axis, Label, Mark, Plot, Point, dashed, dot, line
+from reports.tables import Cell, Row, Table
 
 COST = "Stitching cost, squared texel values"
 PAPER, OURS = METHODS["paper"].tone, METHODS["paper_optimised"].tone
@@ -53,6 +54,19 @@ def ends(figure: Figure, width: float) -> Plot:
     frame = (width, BOTTOM + 48, LEFT, right, TOP, BOTTOM)
     title = "Where the starts end, magnified"
     return Plot(title, *frame, (), up.marks(), "One dot a start", COST, tuple(marks), tuple(labels))
+
+
+def table(figure: Figure) -> Table:
+    """Cost, gap to the lower bound and seconds of every search, and the bound itself."""
+    notes = {"paper": f"best of {len(figure['history'])} starts", "paper_optimised": "beam search"}
+    rows = []
+    for key in (key for key in METHODS if key in figure["cost"]):
+        values = (figure["cost"][key], 2), (100 * figure["gap"][key], 1), (figure["seconds"][key], 3)
+        rows.append(Row(METHODS[key].label, tuple(Cell(number(*value)) for value in values), notes.get(key, "")))
+    bound = Cell(number(figure["lower_bound"], 2)), Cell("–"), Cell(number(figure["seconds"]["lower_bound"], 3))
+    rows.append(Row("Lower bound", bound, "branch and bound: no permutation costs less"))
+    caption = "What each search ends with; the gap is the share of its cost above the lower bound."
+    return Table(caption, "Search", ("Cost", "Gap, %", "Time, s"), tuple(rows))
 
 
 def _levels(figure: Figure) -> list[Level]:

@@ -71,6 +71,7 @@ def _figure_7_left(document: Mapping[str, Any]) -> Section:
         plots=tuple(
             (draw(figure, WIDE), draw(figure, NARROW)) for draw in (figure_7_left.convergence, figure_7_left.ends)
         ),
+        tables=(figure_7_left.table(figure),),
     )
 
 

@@ -15,8 +15,9 @@ from facezip.masks import Masks, compute_masks
 from facezip.measure import model_errors
 from facezip.methods import PAPER_DIFFERENCES
 from facezip.model import CompressedTextures
+from facezip.paircosts import pair_costs
 from facezip.quantise import dequantise, quantise
-from facezip.stitching import Stitching, pair_costs
+from facezip.stitching import Stitching
 
 
 @dataclass(frozen=True, eq=False)

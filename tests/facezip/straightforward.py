@@ -20,8 +20,9 @@ from facezip import compress
 from facezip.factorise import cluster_shares, difference_textures
 from facezip.fragments import cluster_fragments, masked_gram
 from facezip.masks import RINGING, _laplacian, compute_masks, face_region, poisson_disk_samples
+from facezip.paircosts import pair_costs
 from facezip.raster import rasterise
-from facezip.stitching import pair_costs, search
+from facezip.stitching import search
 from tests.facezip.conftest import random_character
 
 STARTS = 10

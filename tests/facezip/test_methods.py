@@ -74,6 +74,7 @@ def test_the_search_improves_on_no_permutation():
     character = random_character(seed=2, expressions=12, side=64, grid=15)
     errors = {m: mean_rmse(texture_errors(character, small(character, m).reconstruct)) for m in METHODS}
     assert errors["paper"] < errors["paper-unpermuted"]
+    assert errors["paper-optimised"] < errors["paper-unpermuted"]
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,8 @@ import pytest
 from facezip.factorise import cluster_shares, difference_textures, weight_maps
 from facezip.fragments import gram_rows, lloyd, masked_gram, starts
 from facezip.masks import compute_masks
-from facezip.stitching import pair_costs, search
+from facezip.paircosts import pair_costs
+from facezip.stitching import search
 from facezip.stitching import stitching_cost as table_cost
 from tests.facezip import straightforward
 from tests.facezip.conftest import random_character

@@ -57,9 +57,9 @@ def test_the_papers_memory_follows_from_the_sizes(side):
 
 def test_figure_6_is_of_the_methods_by_their_names(trial):
     figure = figure_6(trial)
-    model = compress(trial.character, "paper-unpermuted", **PAPER)
-    expected = stored_errors(trial.character, model)
-    assert figure["rmse_per_expression"]["paper_unpermuted"] == pytest.approx(expected, rel=1e-6)
+    for method in ("paper-unpermuted", "paper-optimised"):
+        expected = stored_errors(trial.character, compress(trial.character, method, **PAPER))
+        assert figure["rmse_per_expression"][method.replace("-", "_")] == pytest.approx(expected, rel=1e-6)
     for name, errors in figure["rmse_per_expression"].items():
         assert list(errors) == list(trial.character.expressions)
         assert figure["rmse"][name] == pytest.approx(np.mean(list(errors.values())))
@@ -73,6 +73,15 @@ def test_costs_never_rise_and_the_best_start_is_the_papers_choice(trial):
     assert figure["cost"]["paper"] == pytest.approx(history[:, -1].min())
     for name, stitching in trial.stitchings.items():
         assert figure["cost"][name] == pytest.approx(stitching_cost(trial.fragments.table, stitching.permutation))
+
+
+def test_our_search_ends_between_the_bound_and_the_papers_choice(trial):
+    figure = figure_7_convergence(trial)
+    cost, gap = figure["cost"], figure["gap"]
+    assert figure["lower_bound"] <= cost["paper_optimised"] <= cost["paper"] * (1 + 1e-12)
+    assert 0 <= gap["paper_optimised"] < 0.05
+    assert gap["paper"] == pytest.approx((cost["paper"] - figure["lower_bound"]) / cost["paper"])
+    assert set(figure["seconds"]) == {*cost, "lower_bound"}
 
 
 def test_masks_share_the_trial_and_leave_out_what_the_face_does_not_hold(trial, monkeypatch):

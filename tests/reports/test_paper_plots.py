@@ -92,6 +92,18 @@ def test_convergence_has_a_line_a_start_and_the_best_once_more():
     ]  # fmt: skip
 
 
+def test_the_table_of_searches_has_every_cost_its_gap_and_its_seconds():
+    figure = {
+        **HISTORY, "cost": {"paper": 4.0, "paper_optimised": 3.75}, "gap": {"paper": 0.25, "paper_optimised": 0.2},
+        "seconds": {"paper": 2.0, "paper_optimised": 0.05, "lower_bound": 1.5}, "lower_bound": 3.0,
+    }  # fmt: skip
+    rows = figure_7_left.table(figure).rows
+    assert [row.note for row in rows[:2]] == ["beam search", "best of 3 starts"]
+    assert [[cell.text for cell in row.cells] for row in rows] == [
+        ["3.75", "20.0", "0.050"], ["4.00", "25.0", "2.000"], ["3.00", "–", "1.500"],
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize("width", [380, 560])
 def test_boxes_stand_apart_inside_the_frame(width):
     for draw in (figure_7_right.whole, figure_7_right.magnified):
