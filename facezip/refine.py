@@ -18,7 +18,7 @@ from facezip.quantise import STEPS, best_ranges, rounded_weights
 from facezip.rows import map_rows
 from facezip.samples import Samples, samples_of, thinned
 from facezip.sweep import solve_textures, weight_system
-from facezip.weights import solve_weights
+from facezip.weights import SMOOTHNESS, solve_weights
 
 # Many texels tell the weights in few alternations: that many texels are visited, in 4 to 16 alternations.
 TEXELS_VISITED = 2**24
@@ -58,7 +58,7 @@ def refine(
     )
 
 
-def fit_weights(samples: Samples, slots: int, weight_scale: int) -> NDArray[np.float32]:
+def fit_weights(samples: Samples, slots: int, weight_scale: int, smoothness: float = SMOOTHNESS) -> NDArray[np.float32]:
     """Weight maps ``(h, R, N, w)`` of the refined fit, in floating point."""
     height, width, _ = samples.neutral.shape
     few = thinned(samples, weight_scale // 2)
@@ -70,7 +70,7 @@ def fit_weights(samples: Samples, slots: int, weight_scale: int) -> NDArray[np.f
         system = weight_system(samples, ahead)
         unit = unit or system.mean_diagonal
         before = weights
-        weights, explained = solve_weights(system.regularised(unit), ahead)
+        weights, explained = solve_weights(system.regularised(unit, smoothness), ahead)
         if explained < best:
             # Momentum went past the goal: forget it.
             before = weights

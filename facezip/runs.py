@@ -87,6 +87,25 @@ def solve_run(
 
     ``out`` is ``(R, C, RUN)``; where there are ``steps`` ``(R, C)`` its values are multiples of them within ±127.
     """
+    factor_run(weight, differences, ridge, run, normal, out)
+    for i in range(len(weight) - 1, -1, -1):
+        substitute_run(i, normal, run, out)
+        # Rounded before those that follow are solved, so that they make up for it (Babai's nearest plane).
+        if len(steps):
+            for c in range(out.shape[1]):
+                _round(steps[i, c], run, out[i, c])
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def factor_run(
+    weight: NDArray[np.float32],
+    differences: NDArray[np.float32],
+    ridge: np.float32,
+    run: int,
+    normal: NDArray[np.float32],
+    out: NDArray[np.float32],
+) -> None:
+    """The first half of :func:`solve_run`: every texel's Cholesky factor, and ``out`` ready for substitution."""
     slots = len(weight)
     for i in range(slots):
         for j in range(i + 1):
@@ -97,14 +116,15 @@ def solve_run(
             _dot(weight[i], differences[c], run, out[i, c])
     for i in range(slots):
         _eliminate(i, ridge, run, normal, out)
-    for i in range(slots - 1, -1, -1):
-        for c in range(len(differences)):
-            for k in range(i + 1, slots):
-                _subtract(normal[k, i], out[k, c], run, out[i, c])
-            _scale(normal[i, i], run, out[i, c])
-            # Rounded before those that follow are solved, so that they make up for it (Babai's nearest plane).
-            if len(steps):
-                _round(steps[i, c], run, out[i, c])
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def substitute_run(i: int, normal: NDArray[np.float32], run: int, out: NDArray[np.float32]) -> None:
+    """The best ``out[i]`` given all ``out[k]`` of k > i, the rest of them free."""
+    for c in range(out.shape[1]):
+        for k in range(i + 1, len(out)):
+            _subtract(normal[k, i], out[k, c], run, out[i, c])
+        _scale(normal[i, i], run, out[i, c])
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")

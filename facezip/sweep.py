@@ -11,7 +11,17 @@ from numpy.typing import NDArray
 
 from facezip.model import bilinear_taps
 from facezip.rows import map_rows
-from facezip.runs import RUN, accumulate_run, collect_run, expand_row, mix_rows, read_run, solve_run
+from facezip.runs import (
+    RUN,
+    accumulate_run,
+    collect_run,
+    expand_row,
+    factor_run,
+    mix_rows,
+    read_run,
+    solve_run,
+    substitute_run,
+)
 from facezip.samples import Samples
 from facezip.weights import WeightSystem
 
@@ -68,6 +78,25 @@ def solve_textures(
     return textures
 
 
+def solve_texture(
+    samples: Samples, weights: NDArray[np.float32], textures: NDArray[np.float32], slot: int
+) -> NDArray[np.float32]:
+    """The difference texture ``(H, W, C)`` of one slot that fits best given those of later slots, earlier ones free.
+
+    So textures can be stored one after the other, from the last slot to the first, each making up for what storing
+    lost before.
+
+    Parameters
+    ----------
+    samples, weights : as in :func:`weight_system`.
+    textures : ``(R, H, W, C)``, of which those after ``slot`` are read.
+    """
+    texture = np.empty(textures.shape[1:], np.float32)
+    pass_ = _Pass(samples, weights)
+    map_rows(lambda top, bottom: pass_.slot(top, bottom, textures, slot, texture), len(texture))
+    return texture
+
+
 _NO_STEPS = np.empty((0, 0), np.float32)
 
 
@@ -93,6 +122,12 @@ class _Pass:
     ) -> None:
         """Write what is solved to ``textures`` unless it is empty or ``given``; fill the system unless it is empty."""
         _sweep(top, bottom, *self._stored, *self._sampled, textures, steps, given, begin, system.matrix, system.right)
+
+    def slot(
+        self, top: int, bottom: int, textures: NDArray[np.float32], slot: int, texture: NDArray[np.float32]
+    ) -> None:
+        """Write what is solved for ``slot``, with the textures of later slots as they are."""
+        _sweep_slot(top, bottom, *self._stored[:3], *self._sampled, textures, slot, texture)
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
@@ -154,6 +189,47 @@ def _sweep(
                 if y + 1 == bottom or row0[y] != row0[y + 1] or row1[y] != row1[y + 1]:
                     at = row0[y] - begin, row1[y] - begin
                     collect_run(squares, products, at, column0, column1, column_f, left, run, matrix, right)
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _sweep_slot(
+    top: int,
+    bottom: int,
+    stored: NDArray[np.uint8],
+    neutral: NDArray[np.uint8],
+    scale: np.float32,
+    weights: NDArray[np.float32],
+    row0: NDArray[np.int64],
+    row1: NDArray[np.int64],
+    row_f: NDArray[np.float32],
+    column0: NDArray[np.int64],
+    column1: NDArray[np.int64],
+    column_f: NDArray[np.float32],
+    ridge: np.float32,
+    textures: NDArray[np.float32],
+    slot: int,
+    texture: NDArray[np.float32],
+) -> None:
+    count, _, width, channels = stored.shape
+    slots = weights.shape[1]
+    upper = np.empty((slots, count, RUN), np.float32)
+    lower = np.empty((slots, count, RUN), np.float32)
+    weight = np.empty((slots, count, RUN), np.float32)
+    differences = np.empty((channels, count, RUN), np.float32)
+    normal = np.empty((slots, slots, RUN), np.float32)
+    solved = np.empty((slots, channels, RUN), np.float32)
+    for left in range(0, width, RUN):
+        run = min(RUN, width - left)
+        for y in range(top, bottom):
+            if y == top or row0[y] != row0[y - 1] or row1[y] != row1[y - 1]:
+                expand_row(weights[row0[y]], column0, column1, column_f, left, run, upper)
+                expand_row(weights[row1[y]], column0, column1, column_f, left, run, lower)
+            read_run(stored, neutral, scale, y, left, run, differences)
+            mix_rows(upper, lower, row_f[y], run, weight)
+            factor_run(weight, differences, ridge, run, normal, solved)
+            _load(textures[slot + 1 :], y, left, run, solved[slot + 1 :])
+            substitute_run(slot, normal, run, solved)
+            _store(solved[slot : slot + 1], y, left, run, texture[None])
 
 
 @njit(cache=True, nogil=True)

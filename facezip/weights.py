@@ -44,10 +44,10 @@ class WeightSystem:
         """The unit of the regularisation."""
         return float(np.einsum("hiiw->", self.matrix[:, :, :, 4], dtype=np.float64) / self.right[:, :, 0].size)
 
-    def regularised(self, unit: float) -> "WeightSystem":
-        """The system of the error plus ``SMOOTHNESS · unit · ‖∇W‖² + RIDGE · unit · ‖W‖²``."""
+    def regularised(self, unit: float, smoothness: float = SMOOTHNESS) -> "WeightSystem":
+        """The system of the error plus ``smoothness · unit · ‖∇W‖² + RIDGE · unit · ‖W‖²``."""
         matrix, slots = self.matrix.copy(), np.arange(self.matrix.shape[1])
-        smoothness = SMOOTHNESS * unit
+        smoothness = smoothness * unit
         diagonal = matrix[:, slots, slots]
         for here, rows, columns in (
             (1, slice(1, None), slice(None)),

@@ -5,7 +5,7 @@ import pytest
 
 from facezip.model import blend_differences
 from facezip.samples import samples_of
-from facezip.sweep import solve_textures, weight_system
+from facezip.sweep import RIDGE, solve_texture, solve_textures, weight_system
 from facezip.weights import solve_weights
 from tests.facezip.conftest import random_character
 
@@ -97,3 +97,23 @@ def test_rounding_one_after_the_other_beats_rounding_all_at_once():
     assert error(solve_textures(samples, weights, steps)) < error(
         np.rint(free / steps[:, None, None]) * steps[:, None, None]
     )
+
+
+def test_textures_solved_one_after_the_other_are_those_solved_together(character):
+    samples, weights = samples_of(character), random_weights(4, 3, 5)
+    together = solve_textures(samples, weights)
+    apart = np.zeros_like(together)
+    for slot in (2, 1, 0):
+        apart[slot] = solve_texture(samples, weights, apart, slot)
+    np.testing.assert_allclose(apart, together, rtol=1e-4, atol=1e-5)
+
+
+def test_a_texture_makes_up_for_what_a_later_one_lost(character):
+    samples, weights = samples_of(character), random_weights(4, 2, 5)
+    textures = solve_textures(samples, weights)
+    textures[1] += np.random.default_rng(0).normal(0, 0.05, textures[1].shape).astype(np.float32)
+    sampled = (upsampling(32, 4) @ weights.transpose(0, 3, 1, 2).reshape(16, 10)).reshape(32 * 32, 2, 5)
+    rest = pixels(character).reshape(5, -1, 3) - sampled[:, 1].T[:, :, None] * textures[1].reshape(-1, 3)
+    ridge = RIDGE * np.square(weights).sum() / 16
+    best = np.einsum("pn,npc->pc", sampled[:, 0], rest) / (np.square(sampled[:, 0]).sum(axis=1) + ridge)[:, None]
+    np.testing.assert_allclose(solve_texture(samples, weights, textures, 0).reshape(-1, 3), best, rtol=1e-4, atol=1e-5)
