@@ -4,6 +4,7 @@ import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +47,18 @@ class Character:
     def resolution(self) -> tuple[int, int]:
         """Rows and columns of every texture."""
         return self.neutral.shape[0], self.neutral.shape[1]
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """Name, expressions and sizes, as documents state them."""
+        return {
+            "name": self.name,
+            "expressions": list(self.expressions),
+            "resolution": list(self.resolution),
+            "channels": self.neutral.shape[2],
+            "vertices": len(self.neutral_vertices),
+            "triangles": len(self.topology.faces),
+        }
 
     def texture(self, expression: str) -> NDArray[np.float32]:
         """``(H, W, C)`` float32 in [0, 1] of an expression or of ``"neutral"``."""

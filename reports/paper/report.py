@@ -37,8 +37,10 @@ def write_paper_report(document: Mapping[str, Any], folder: Path) -> Path:
     write_whole(folder / DATA, json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False).encode())
     return write_page(
         folder / PAGE,
-        "paper.html",
+        "experiments.html",
         document=data,
+        data_name=DATA,
+        kicker="“FaceZip: Automatic Texture Compression for Facial Blendshapes”, reproduced on",
         title=f"{data['character']['name']} – the paper, reproduced by FaceZip",
         sections=sections(data),
         conditions=condition_rows(data),

@@ -1,15 +1,12 @@
 """All experiments in turn, each on what the others have made already, as one document."""
 
-import os
-import platform
 from collections.abc import Iterable
 from dataclasses import asdict
-from importlib.metadata import version
-from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 from facezip.character import Character
+from facezip.machine import conditions
 from facezip.progress import track
 from reports.paper.experiments import (
     WEIGHT_SCALE,
@@ -59,7 +56,7 @@ def reproduce(characters: Iterable[Character], count: int, settings: Settings, o
         raise ValueError("no character to measure")
     document = {
         "format": FORMAT,
-        "character": _described(reference.character),
+        "character": reference.character.facts,
         "conditions": _conditions(reference.character, settings, origin),
         "published": _published(),
         "table_1": sorted(rows, key=lambda row: row["resolution"]),
@@ -80,22 +77,9 @@ def _masks(reference: Trial, rows: list[dict[str, Any]], settings: Settings) -> 
     return figure_7_masks(character, settings, shared) | {"without_masks": others}
 
 
-def _described(character: Character) -> dict[str, Any]:
-    return {
-        "name": character.name,
-        "expressions": list(character.expressions),
-        "resolution": list(character.resolution),
-        "channels": character.neutral.shape[2],
-        "vertices": len(character.neutral_vertices),
-        "triangles": len(character.topology.faces),
-    }
-
-
 def _conditions(character: Character, settings: Settings, origin: str) -> dict[str, Any]:
     return {
-        "processor": _processor(),
-        "cores": os.cpu_count(),
-        "versions": {"Python": platform.python_version(), **{name: version(name) for name in LIBRARIES}},
+        **conditions(LIBRARIES),
         "times": "one run each, kernels compiled before, textures in memory; no reading, writing or quantising",
         "errors": "RMSE 0..255 of the maps as a pack stores them, 8 bits a channel, mean over expressions",
         "texture_region": "whole texture" if character.mask is None else "the character's mask",
@@ -113,11 +97,3 @@ def _published() -> dict[str, Any]:
         "expressions": EXPRESSIONS,
         "expressions_in_memory": EXPRESSIONS_IN_MEMORY,
     }
-
-
-def _processor() -> str:
-    """The processor's name, as well as the system tells."""
-    information = Path("/proc/cpuinfo")
-    lines = information.read_text(errors="replace").splitlines() if information.is_file() else []
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor() or platform.machine()

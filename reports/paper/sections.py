@@ -1,38 +1,13 @@
-"""The page's sections: a legend, plots, tables and what there is to say about them. One function a section."""
+"""The sections of the paper's page, one function a section."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from reports.paper import figure_6, figure_7_left, figure_7_right, table_1
 from reports.paper.table_1 import size
-from reports.plots import Mark, Plot
-from reports.tables import Table
+from reports.sections import Section
 
 WIDE, NARROW = 560.0, 380.0
-
-
-@dataclass(frozen=True)
-class Section:
-    """One table or figure of the paper.
-
-    Attributes
-    ----------
-    anchor, short : its address in the page and its name in the page's navigation.
-    title, intro : heading, and the sentences under it.
-    legend : mark, label and note of every method shown.
-    plots : pairs of a plot for a wide page and for a telephone; each page shows one of them.
-    tables : shown, or behind a click where ``folded``.
-    """
-
-    anchor: str
-    short: str
-    title: str
-    intro: str
-    legend: tuple[tuple[Mark, str, str], ...] = ()
-    plots: tuple[tuple[Plot, Plot], ...] = ()
-    tables: tuple[Table, ...] = ()
-    folded: bool = False
 
 
 def sections(document: Mapping[str, Any]) -> list[Section]:
