@@ -16,6 +16,7 @@ VERBS = {
     "info": "What a pack holds and what it costs.",
     "verify": "Check every byte of a pack.",
     "paper": "The paper's table and figures on any character, with our methods beside its own.",
+    "rates": "Error against GPU memory: packs, and block compression of every texture.",
     "bench": "How long the main jobs take on this machine, as ratios.",
 }
 

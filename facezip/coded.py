@@ -13,7 +13,7 @@ from scipy.fft import dct
 from facezip.character import Character
 from facezip.model import CompressedTextures
 from facezip.progress import track
-from facezip.quantise import ZERO, quantise, rounded_weights
+from facezip.quantise import ZERO, quantise
 from facezip.refine import fit_weights
 from facezip.samples import Samples, samples_of
 from facezip.storage import Storage
@@ -58,16 +58,17 @@ def fit_coded(
 
 
 def coded_afterwards(model: CompressedTextures, storage: Storage) -> CompressedTextures:
-    """What a shader sees of a model that was fitted without regard to the codec of its textures; weights are 8 bits."""
+    """What a shader sees of a model that was fitted without regard to how its maps are stored."""
     maps = quantise(model)
     everywhere = np.ones(model.neutral.shape[:2], np.float32)
     steps = maps.difference_scale / np.float32(255)
-    stored = (maps.differences.astype(np.float32) - ZERO) * steps[:, None, None]
+    rounded = (maps.differences.astype(np.float32) - ZERO) * steps[:, None, None]
+    weights = model.weights.transpose(3, 1, 0, 2)
     return replace(
         model,
         neutral=storage.neutral(model.neutral),
-        differences=np.stack([storage.difference(one, everywhere) for one in stored]),
-        weights=rounded_weights(model.weights),
+        differences=np.stack([storage.difference(one, everywhere) for one in rounded]),
+        weights=np.stack([storage.weights(one) for one in weights]).transpose(2, 1, 3, 0),
     )
 
 

@@ -53,7 +53,7 @@ class Storage:
 
     def weights(self, maps: NDArray[np.float32]) -> NDArray[np.float32]:
         """What is left of one slot's weight maps ``(h, N, w)``; one range for all."""
-        if not self.weights_in_bc4:
+        if not self.weights_in_bc4 or maps.shape[::2] == (1, 1):
             return rounded_weights(maps.swapaxes(0, 1)[..., None])[..., 0].swapaxes(0, 1)
         low, range_ = maps.min(), np.maximum(np.ptp(maps), np.float32(1e-12))
         return bc4.round_trip((maps.swapaxes(0, 1) - low) / range_).swapaxes(0, 1) * range_ + low

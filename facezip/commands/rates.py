@@ -1,0 +1,79 @@
+"""``facezip rates``: error against GPU memory, packs beside block compression of every texture."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+from facezip.character import load_character
+from facezip.codecs import EFFORTS
+from facezip.commands import options
+from facezip.writing import whole_folder
+
+REPORT_FILE = "rates.json"
+
+
+@click.command("rates")
+@click.argument("character", type=options.FOLDER, required=False)
+@click.option("-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder for the report.")
+@click.option(
+    "--blends-to",
+    type=click.IntRange(min=0),
+    default=52,
+    show_default=True,
+    metavar="N",
+    help="A second round with N expressions, blends of the others added; 0 for none.",
+)
+@click.option(
+    "--effort",
+    type=click.Choice(list(EFFORTS)),
+    default="medium",
+    show_default=True,
+    help="Of the ASTC encoder, for packs and single textures alike.",
+)
+@click.option("--resolution", default=512, show_default=True, metavar="TEXELS", help="Of the embedded character.")
+@click.option("--expressions", default=20, show_default=True, metavar="N", help="Of the embedded character.")
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="S")
+@options.overwrite
+@options.as_json
+def command(
+    character: Path | None,
+    output: Path,
+    blends_to: int,
+    effort: str,
+    resolution: int,
+    expressions: int,
+    seed: int,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
+    """Measure error against bytes of GPU memory on CHARACTER, or on the embedded one: DIR/index.html.
+
+    Refined, paper and PCA packs, raw and with BC7 or ASTC, beside BC1, BC7 or ASTC on every texture. The refined fit
+    has the codec in its loop: each map makes up for what coding lost of the others. DIR/rates.json holds every number.
+    """
+    from reports.rates.experiment import measure_rates
+    from reports.rates.report import write_rates_report
+    from scenes.character import make_character
+
+    with whole_folder(output, overwrite, lambda folder: (folder / REPORT_FILE).is_file()) as folder:
+        scans = load_character(character) if character else make_character(resolution, expressions, seed)
+        document = measure_rates(scans, blends_to, effort, seed)
+        made = str(character) if character else f"--resolution {resolution} --expressions {expressions}"
+        document["command"] = (
+            f"facezip rates {made} -o {output} --blends-to {blends_to} --effort {effort} --seed {seed}"
+        )
+        write_rates_report(document, folder)
+    answer = {**document, "output": str(output), "report": str(output / "index.html")}
+    options.answer(answer, as_json, lambda: _lines(answer))
+
+
+def _lines(answer: Mapping[str, Any]) -> list[str]:
+    from reports.rates.findings import find
+
+    return [
+        f"{answer['output']}: {answer['character']['name']}, {answer['seconds']['total']:.0f} s",
+        *(f"  {finding['title']}: {finding['here']}" for finding in find(answer)),
+        f"  open {answer['report']}",
+    ]

@@ -1,0 +1,1 @@
+"""``facezip rates``: error against bytes of GPU memory, packs beside block compression of every texture."""

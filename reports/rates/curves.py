@@ -1,0 +1,110 @@
+"""Error against bytes: every measurement as a mark, and a line through the best of each family."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from reports.metrics import number
+from reports.plots import Axis, Mark, Plot, dot, line
+from reports.rates.comparison import LEAST, MOST, Row, envelope, in_use, of_family
+from reports.rates.families import FAMILIES, Family
+from reports.tables import Cell, Table
+from reports.tables import Row as TableRow
+
+RMSE, BYTES = "RMSE, of 255", "Bytes of GPU memory a texel"
+LEFT, TOP, BOTTOM = 52.0, 36.0, 400.0
+# What is drawn; the rest is in the table.
+MOST_BYTES, MOST_RMSE = 8.0, 4.0
+Round = Mapping[str, Any]
+
+
+def families_of(one: Round) -> list[Family]:
+    """The families that were measured, in the report's order."""
+    return [family for family in FAMILIES.values() if of_family(one["points"], family.key)]
+
+
+def legend(one: Round) -> tuple[tuple[Mark, str, str], ...]:
+    """Mark and label of every family."""
+    return tuple((family.mark, family.label, "") for family in families_of(one))
+
+
+def curves(one: Round, width: float) -> Plot:
+    """All families; ours on top."""
+    right = width - 8
+    across, up = _axis(MOST_BYTES, LEFT, right, 8), _axis(MOST_RMSE, BOTTOM, TOP, 8)
+    marks = []
+    for family in reversed(families_of(one)):
+        drawn = [
+            point
+            for point in of_family(one["points"], family.key)
+            if point["bytes_per_texel"] <= MOST_BYTES and point["rmse"] <= MOST_RMSE
+        ]
+        best = envelope(drawn)
+        if len(best) > 1:
+            places = [(across.at(point["bytes_per_texel"]), up.at(point["rmse"])) for point in best]
+            marks.append(line(places, family.tone, family.label))
+        for point in drawn:
+            place = across.at(point["bytes_per_texel"]), up.at(point["rmse"])
+            marks.append(dot(place, family.shape, family.tone, _words(point), opacity=1 if point in best else 0.3))
+    frame = (width, BOTTOM + 48, LEFT, right, TOP, BOTTOM)
+    title = f"{one['expressions']} expressions: error against GPU memory"
+    return Plot(title, *frame, across.marks(), up.marks(), BYTES, RMSE, tuple(marks))
+
+
+def comparison(one: Round) -> Table:
+    """Our best at no more bytes than each size of the rival."""
+    rows = []
+    for row in one["comparison"]:
+        rival, ours = row["rival"], row["ours"]
+        cells = (
+            Cell(number(rival["bytes_per_texel"], 2)),
+            Cell(number(rival["rmse"], 2), f"{rival['fetches']} fetches"),
+            Cell(number(ours["rmse"], 2), f"{ours['fetches']} fetches"),
+            Cell(number(ours["bytes_per_texel"], 2), _made(ours)),
+            Cell(number(row["ratio"], 2)),
+        )
+        rows.append(TableRow(_block(rival["codec"]), cells, strong=row in in_use(one["comparison"])))
+    columns = ("Bytes a texel", "Its RMSE", "Ours", "Our bytes", "Ours / its")
+    caption = (
+        f"{one['expressions']} expressions: every texture in ASTC, and our best pack of no more bytes. "
+        f"Bold: {LEAST:g} to {MOST:g} bytes a texel."
+    )
+    return Table(caption, "ASTC block", columns, tuple(rows))
+
+
+def table(one: Round) -> Table:
+    """Every measurement as numbers, family by family."""
+    rows = []
+    for family in families_of(one):
+        best = envelope(of_family(one["points"], family.key))
+        for point in of_family(one["points"], family.key):
+            cells = (
+                Cell(number(point["bytes_per_texel"], 2)),
+                Cell(number(point["rmse"], 2)),
+                Cell(str(point["fetches"])),
+                Cell(number(point["seconds"], 1)),
+            )
+            rows.append(TableRow(family.label, cells, _made(point), strong=point in best))
+    columns = ("Bytes a texel", "RMSE", "Fetches", "Seconds")
+    caption = f"{one['expressions']} expressions. Bold: nothing of the family has less error at no more bytes."
+    return Table(caption, "Stored", columns, tuple(rows))
+
+
+def _axis(most: float, begin: float, end: float, count: int) -> Axis:
+    return Axis.around((0.0, most), begin, end, count, zero=True)
+
+
+def _words(point: Row) -> str:
+    size, error = number(point["bytes_per_texel"], 2), number(point["rmse"], 2)
+    return f"{FAMILIES[point['family']].label}, {_made(point)}: {size} bytes a texel, RMSE {error}"
+
+
+def _made(point: Row) -> str:
+    """Codec, rank and scale in words."""
+    words = [_block(point["codec"])]
+    if point["differences"]:
+        words.append(f"{point['differences']} differences, weights 1/{point['weight_scale']}")
+    return ", ".join(words)
+
+
+def _block(codec: str) -> str:
+    return codec.removeprefix("astc_").replace("x", " × ") if codec.startswith("astc") else codec.upper()

@@ -1,0 +1,94 @@
+"""Everything that is tried, on one character and on the same with blends added, as one document."""
+
+from dataclasses import asdict, replace
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from facezip.character import Character
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.machine import conditions
+from facezip.progress import track
+from reports.rates.comparison import compare
+from reports.rates.families import tried
+
+FORMAT = "facezip-rates/1"
+BLENDED = 3
+LIBRARIES = ("facezip", "numpy", "numba", "astc-encoder-py", "etcpak", "texture2ddecoder")
+
+
+def measure_rates(character: Character, total: int, effort: str, seed: int) -> dict[str, Any]:
+    """Error against bytes of everything that :func:`reports.rates.families.tried` names.
+
+    Parameters
+    ----------
+    character : at least two expressions, up to three channels.
+    total : a second round has so many expressions, blends of the others added; 0 for one round.
+    effort : of the ASTC encoder, for all alike: ``"fast"``, ``"medium"`` or ``"thorough"``.
+    seed : of the blends.
+
+    Returns
+    -------
+    Plain data (``facezip-rates/1``): ``character``, ``conditions``, ``rounds`` of ``expressions``, ``points`` and
+    ``comparison``, and ``seconds``.
+
+    Raises
+    ------
+    FaceZipError
+        ``BAD_VALUE`` for a ``total`` that adds nothing.
+    """
+    begin = perf_counter()
+    rounds = [_round(character, effort)]
+    if total:
+        rounds.append(_round(with_blends(character, total, seed), effort))
+    return {
+        "format": FORMAT,
+        "character": character.facts,
+        "conditions": {
+            **conditions(LIBRARIES),
+            "errors": "RMSE 0..255 of what the decoders give back, mean over expressions",
+            "texture_region": "whole texture" if character.mask is None else "the character's mask",
+            "bytes": "GPU memory of neutral, differences or expressions, and weight maps, without mip-maps",
+            "astc_effort": effort,
+            "seed": seed,
+        },
+        "rounds": rounds,
+        "seconds": {"total": round(perf_counter() - begin, 1)},
+    }
+
+
+def with_blends(character: Character, total: int, seed: int) -> Character:
+    """``total`` expressions: the character's own, and convex mixtures of three of them each, rounded like the others.
+
+    Raises
+    ------
+    FaceZipError
+        ``BAD_VALUE`` where there are as many already, or fewer than three to mix.
+    """
+    count = len(character.expressions)
+    if not BLENDED <= count < total:
+        reason = f"{count} expressions; blends of three make more than that of at least three, choose another total"
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"{character.name}: {reason} than {total}")
+    rng = np.random.default_rng(seed)
+    shares = np.zeros((total - count, count), np.float32)
+    for row in shares:
+        row[rng.choice(count, BLENDED, replace=False)] = rng.dirichlet(np.ones(BLENDED))
+    textures = np.empty((total, *character.textures.shape[1:]), character.textures.dtype)
+    textures[:count] = character.textures
+    for texture, row in zip(textures[count:], shares, strict=True):
+        mixture = np.tensordot(row, character.textures.astype(np.float32), axes=1)
+        texture[:] = np.rint(mixture) if textures.dtype.kind == "u" else mixture
+    return replace(
+        character,
+        expressions=(*character.expressions, *(f"blend_{number}" for number in range(total - count))),
+        textures=textures,
+        vertices=np.concatenate([character.vertices, np.tensordot(shares, character.vertices, axes=1)]),
+    )
+
+
+def _round(character: Character, effort: str) -> dict[str, Any]:
+    ways = tried(character, effort)
+    count = len(character.expressions)
+    points = [asdict(way.measure(character)) for way in track(ways, f"{count} expressions", len(ways))]
+    return {"expressions": count, "points": points, "comparison": compare(points)}

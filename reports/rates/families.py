@@ -1,0 +1,97 @@
+"""The families of storage that are compared, what is tried of each, and how they look on every figure."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from facezip.character import Character
+from facezip.codecs import ASTC_BLOCKS, Codec, astc, bc1, bc7, raw
+from facezip.storage import Storage
+from reports.plots import Mark, dot
+from reports.rates.points import Pack, Textures
+
+# Rank, scale and block size are chosen together: all of these are tried.
+RANKS, SCALES = (4, 6, 8), (8, 16)
+RAW_RANKS, RAW_SCALES = (1, 2, 3, 4, 6, 8), (8, 16)
+PACK_BLOCKS = ((6, 6), (8, 6), (8, 8), (10, 10), (12, 12))
+PAPER_RANK, PAPER_SCALE, PCA_RANKS = 4, 8, (4, 6, 8)
+
+
+@dataclass(frozen=True)
+class Family:
+    """One curve: its key in ``rates.json``, what people read, its colour and the shape of its marks."""
+
+    key: str
+    label: str
+    tone: str
+    shape: str
+
+    @property
+    def mark(self) -> Mark:
+        """Its mark about the origin, for a legend."""
+        return dot((0, 0), self.shape, self.tone)
+
+
+FAMILIES = {
+    family.key: family
+    for family in (
+        Family("refined_astc", "Refined, ASTC in the loop", "pack-0", "disc"),
+        Family("refined_bc7", "Refined, BC7 in the loop", "pack-0", "open-disc"),
+        Family("refined_afterwards", "Refined, ASTC afterwards", "pack-1", "triangle"),
+        Family("refined_raw", "Refined, raw", "pack-1", "open-triangle"),
+        Family("textures_astc", "Every texture, ASTC", "rival-0", "diamond"),
+        Family("textures_bc", "Every texture, BC1 and BC7", "rival-0", "open-diamond"),
+        Family("paper", "Paper", "rival-1", "square"),
+        Family("pca", "PCA", "rival-2", "open-square"),
+    )
+}
+OURS, RIVAL = "refined_astc", "textures_astc"
+
+
+def tried(character: Character, effort: str) -> list[Textures | Pack]:
+    """Everything that is measured on a character; ``effort`` is that of the ASTC encoder, for all alike."""
+    channels, count, smallest = character.neutral.shape[2], len(character.expressions), min(character.resolution)
+    ways: list[Textures | Pack] = [
+        *_textures(effort),
+        *_baselines(effort, channels),
+        *_refined(effort, channels),
+        *_in_the_loop(effort),
+    ]
+    return [
+        way for way in ways if isinstance(way, Textures) or (way.differences <= count and way.weight_scale <= smallest)
+    ]
+
+
+def _textures(effort: str) -> Iterator[Textures]:
+    for codec in (bc1(), bc7()):
+        yield Textures("textures_bc", codec)
+    for block in ASTC_BLOCKS:
+        yield Textures("textures_astc", astc(block, effort))
+
+
+def _baselines(effort: str, channels: int) -> Iterator[Pack]:
+    for storage in (Storage(raw(channels)), *_coded(effort)):
+        yield Pack("paper", "paper", PAPER_RANK, PAPER_SCALE, storage)
+        for rank in PCA_RANKS:
+            yield Pack("pca", "pca", rank, PAPER_SCALE, storage)
+
+
+def _refined(effort: str, channels: int) -> Iterator[Pack]:
+    for rank in RAW_RANKS:
+        for scale in RAW_SCALES:
+            yield Pack("refined_raw", "refined", rank, scale, Storage(raw(channels)))
+    for storage in _coded(effort):
+        yield Pack("refined_afterwards", "refined", PAPER_RANK, PAPER_SCALE, storage)
+
+
+def _in_the_loop(effort: str) -> Iterator[Pack]:
+    for storage in _coded(effort):
+        family = "refined_astc" if storage.textures.name.startswith("astc") else "refined_bc7"
+        for rank in RANKS:
+            for scale in SCALES:
+                yield Pack(family, "refined", rank, scale, storage, in_the_loop=True)
+
+
+def _coded(effort: str) -> Iterator[Storage]:
+    codecs: list[Codec] = [bc7(), *(astc(block, effort) for block in PACK_BLOCKS)]
+    for codec in codecs:
+        yield Storage(codec, weights_in_bc4=True)

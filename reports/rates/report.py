@@ -1,0 +1,58 @@
+"""The report of ``facezip rates``: findings, curves and tables, every number in its JSON."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from facezip.writing import write_whole
+from reports.conditions import condition_rows
+from reports.page import write_page
+from reports.rates import curves
+from reports.rates.findings import find
+from reports.sections import Section
+from reports.validation import strict
+
+PAGE, DATA = "index.html", "rates.json"
+WIDE, NARROW = 1200.0, 380.0
+
+
+def write_rates_report(document: Mapping[str, Any], folder: Path) -> Path:
+    """Write ``rates.json`` and the page ``index.html`` that shows the same numbers; returns the page's path.
+
+    Parameters
+    ----------
+    document : what :func:`reports.rates.experiment.measure_rates` returned (``facezip-rates/1``); optional ``command``.
+    folder : where both files go, each whole or not at all.
+
+    Raises
+    ------
+    FaceZipError
+        ``CANNOT_WRITE`` for the output.
+    """
+    data = strict({**document, "findings": find(document)})
+    write_whole(folder / DATA, json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False).encode())
+    return write_page(
+        folder / PAGE,
+        "experiments.html",
+        document=data,
+        data_name=DATA,
+        kicker="Error against GPU memory: packs, and block compression of every texture",
+        title=f"{data['character']['name']} – error against GPU memory, by FaceZip",
+        sections=[_section(one) for one in data["rounds"]],
+        conditions=condition_rows(data),
+        stances={},
+    )
+
+
+def _section(one: Mapping[str, Any]) -> Section:
+    count = one["expressions"]
+    return Section(
+        f"expressions-{count}",
+        f"{count} expressions",
+        f"{count} expressions",
+        "Marks: everything that was tried. Lines: the best of each family. Lower and further left is better.",
+        legend=curves.legend(one),
+        plots=((curves.curves(one, WIDE), curves.curves(one, NARROW)),),
+        tables=(curves.comparison(one), curves.table(one)),
+    )
