@@ -1,5 +1,6 @@
 """The viewer in headless Chromium; skipped, and said so, where the browser, its driver or the bundle is missing."""
 
+import base64
 import shutil
 from contextlib import contextmanager
 from io import BytesIO
@@ -29,6 +30,19 @@ DRAWN = """() => new Promise((done) => {
   facezip.stage.draw();
 })"""
 
+# Where several surfaces share a pixel, antialiasing shades each of them outside of itself.
+HARD_EDGES = """const getContext = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (kind, options) {
+  return getContext.call(this, kind, { ...options, antialias: false });
+};"""
+SLIDE = """(weights) => {
+  for (const label of document.querySelectorAll(".slider label")) {
+    const slider = document.getElementById(label.htmlFor);
+    slider.value = weights[label.textContent] ?? 0;
+    slider.dispatchEvent(new Event("input"));
+  }
+}"""
+
 
 class Viewer:
     """A page with the viewer, used as a person would: by its controls."""
@@ -38,11 +52,8 @@ class Viewer:
         page.locator("body.ready, body.failed").wait_for(timeout=READY_MS)
 
     def slide(self, weights):
-        """Move sliders by their expressions' names; all others to zero."""
-        self.page.locator("#neutral").click()
-        for label in self.page.locator(".slider label").all():
-            slider = self.page.locator(f"#{label.get_attribute('for')}")
-            slider.fill(str(weights.get(label.inner_text(), 0)))
+        """Move every slider: to the weight of the name beside it, or to zero."""
+        self.page.evaluate(SLIDE, weights)
 
     def choose(self, group, option):
         """Press one of a group of buttons."""
@@ -54,8 +65,6 @@ class Viewer:
 
     def pixels(self):
         """What the canvas shows, ``(H, W, 4)`` uint8."""
-        import base64
-
         content = base64.b64decode(self.page.evaluate(DRAWN))
         return np.asarray(Image.open(BytesIO(content)).convert("RGBA"))
 
@@ -85,6 +94,7 @@ def browser():
 def context(browser):
     """Small, and without motion: poses are reached at once."""
     with browser.new_context(viewport={"width": 960, "height": 460}, reduced_motion="reduce") as context:
+        context.add_init_script(HARD_EDGES)
         yield context
 
 

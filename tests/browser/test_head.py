@@ -57,7 +57,7 @@ def head_errors(context, pack, blend):
     betas = np.array([blend.get(name, 0) for name in model.expressions])
     vertices = model.meshes.neutral + np.tensordot(betas, model.meshes.deltas, 1)
     uv = seen_uv(vertices, model.meshes.topology, matrix, pixels.shape[:2], bits)
-    seen = unbroken(uv, reach=8 / model.neutral.shape[0])
+    seen = unbroken(uv, reach=0.01)
     assert seen.sum() > 0.5 * np.isfinite(uv[..., 0]).sum()
     return np.abs(255 * sampled(model, uv[seen]).blend(blend)[0] - pixels[seen][:, :3])
 

@@ -65,8 +65,7 @@ export class Skin {
 }
 
 const SKIN: THREE.MeshPhysicalMaterialParameters = {
-  side: THREE.DoubleSide, roughness: 0.52, metalness: 0, specularIntensity: 0.55, sheen: 0.25, sheenRoughness: 0.45,
-  sheenColor: new THREE.Color(0.55, 0.3, 0.24),
+  side: THREE.DoubleSide, roughness: 0.48, metalness: 0, specularIntensity: 0.7,
 };
 
 /** GLSL of the blend: one fetch of the neutral, one a difference, one a layer of combined weights. */

@@ -10,7 +10,7 @@ import { Prepass } from "./prepass";
 import type { Scene } from "./scene";
 import { Skin } from "./skin";
 import type { State } from "./state";
-import { keyLight, studioEnvironment } from "./studio";
+import { studio } from "./studio";
 
 export class Stage {
   readonly canvas = byId<HTMLCanvasElement>("canvas");
@@ -41,7 +41,7 @@ export class Stage {
   static async open(scene: Scene, state: State): Promise<Stage> {
     const canvas = byId<HTMLCanvasElement>("canvas");
     const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
-    renderer.toneMapping = THREE.NeutralToneMapping;
+    renderer.toneMapping = THREE.NoToneMapping;
     renderer.shadowMap.enabled = true;
     const [maps, face] = await Promise.all([readMaps(scene), scene.mesh ? Face.read(scene.mesh) : null]);
     const prepass = new Prepass(renderer, scene, maps);
@@ -124,13 +124,9 @@ export class Stage {
 
   private dress(face: Face): void {
     const mesh = this.skinMesh!;
-    const around = face.geometry.boundingSphere!;
     mesh.castShadow = mesh.receiveShadow = true;
     mesh.frustumCulled = false;
-    const light = keyLight(around);
-    this.head.add(mesh, light, light.target);
-    this.head.environment = studioEnvironment(this.renderer);
-    this.head.environmentIntensity = 0.8;
+    this.head.add(mesh, studio(face.geometry.boundingSphere!));
     this.addWires(face);
   }
 
