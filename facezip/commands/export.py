@@ -17,9 +17,7 @@ from facezip.export import TARGETS
 @click.option("--character", type=options.FOLDER, metavar="FOLDER", help="Its originals come along, to compare with.")
 @options.overwrite
 @options.as_json
-def command(
-    pack: Path, target: str, output: Path, character: Path | None, overwrite: bool, as_json: bool
-) -> None:
+def command(pack: Path, target: str, output: Path, character: Path | None, overwrite: bool, as_json: bool) -> None:
     """Write PACK in another form: web is the viewer as one HTML file that opens from disk."""
     scans = load_character(character) if character else None
     document = TARGETS[target](pack, output, character=scans, overwrite=overwrite)

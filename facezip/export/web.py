@@ -38,7 +38,9 @@ def export_web(
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{file.parent}: cannot make the folder ({error.strerror})") from None
+        raise FaceZipError(
+            ErrorCode.CANNOT_WRITE, f"{file.parent}: cannot make the folder ({error.strerror})"
+        ) from None
     write_whole(file, content)
     return {"output": str(file), "bytes": len(content), "originals": character is not None}
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from setuptools.command.build_py import build_py
 
 
-class BuildWithViewer(build_py):
+class BuildWithViewer(build_py):  # type: ignore[misc]
     """Builds the bundle before the package's files are gathered; where npm is missing, goes on without it."""
 
     def run(self) -> None:

@@ -3,7 +3,6 @@
 import base64
 import hashlib
 import json
-from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -47,7 +46,7 @@ def single_page(scene: Scene) -> bytes:
         f"default-src 'none'; script-src '{_digest(script)}'; style-src '{_digest(style)}'; img-src data: blob:; "
         "base-uri 'none'; form-action 'none'"
     )
-    blocks = {"scene.json": document_json(scene.document)}
+    blocks: dict[str, str] = {"scene.json": document_json(scene.document)}
     blocks |= {name: base64.b64encode(content()).decode("ascii") for name, content in scene.assets.items()}
     return _render(policy=policy, script=Markup(script), style=Markup(style), blocks=blocks).encode()
 

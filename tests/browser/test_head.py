@@ -52,7 +52,9 @@ def head_errors(context, pack, blend):
         viewer.switch("Mip-maps", False)
         viewer.slide(blend)
         pixels = viewer.pixels()
-        bits = viewer.page.evaluate("facezip.stage.renderer.getContext().getParameter(WebGLRenderingContext.SUBPIXEL_BITS)")
+        bits = viewer.page.evaluate(
+            "facezip.stage.renderer.getContext().getParameter(WebGLRenderingContext.SUBPIXEL_BITS)"
+        )
         matrix = np.reshape(viewer.page.evaluate(CLIP), (4, 4)).T
     betas = np.array([blend.get(name, 0) for name in model.expressions])
     vertices = model.meshes.neutral + np.tensordot(betas, model.meshes.deltas, 1)

@@ -54,7 +54,9 @@ def test_it_can_only_be_read(server, method):
     assert ask(server, "/", method)[0].status == 501
 
 
-@pytest.mark.parametrize("host", ["evil.example", "evil.example:{port}", "127.0.0.1", "localhost:1", "127.0.0.1:{port}.x", ""])
+@pytest.mark.parametrize(
+    "host", ["evil.example", "evil.example:{port}", "127.0.0.1", "localhost:1", "127.0.0.1:{port}.x", ""]
+)
 def test_any_other_host_is_refused(server, host):
     answer, content = ask(server, "/scene.json", host=host.format(port=server.server_port))
     assert answer.status == 421

@@ -19,7 +19,7 @@ in vec2 at;
 out vec4 colour;`;
 
 export interface FrameTimes {
-  size: number; expressions: number; facezip_ms: number; all_ms: number; ratio: number; rounds: number; frames: number; device: string;
+  size: number; expressions: number; fetches: number; facezip_ms: number; all_ms: number; ratio: number; rounds: number; frames: number; device: string;
 }
 
 /** Both draw a full square of pixels with every expression at once; the median of the rounds' times and ratios. */
@@ -29,8 +29,9 @@ export function measureFrames(stage: Stage): FrameTimes {
   const count = scene.expressions.length;
   const out = new THREE.WebGLRenderTarget(size, size, { depthBuffer: false });
   const weights = new Float32Array(count).fill(1 / count);
+  const uniforms = bilinear(stage.blendUniforms);
   const ours = quadOf(`${HEAD}${blendSource(scene.difference_scale.length, scene.difference_zero)}
-void main() { colour = vec4(blendOf(at), 1.0); }`, stage.blendUniforms);
+void main() { colour = vec4(blendOf(at), 1.0); }`, uniforms);
   const every = everyTexture(stage, ours, size, count);
   const facezip = () => {
     stage.prepass.render(weights);
@@ -39,11 +40,12 @@ void main() { colour = vec4(blendOf(at), 1.0); }`, stage.blendUniforms);
   const all = () => draw(renderer, every.quad, out);
   for (const once of [facezip, all]) seconds(renderer, once, out);
   const rounds = Array.from({ length: ROUNDS }, () => [seconds(renderer, facezip, out), seconds(renderer, all, out)]);
-  for (const made of [out, every.target]) made.dispose();
+  const copies = Object.values(uniforms).map(({ value }) => value).filter(isStored);
+  for (const made of [out, every.target, ...copies]) made.dispose();
   renderer.setRenderTarget(null);
   stage.invalidate();
   return {
-    size, expressions: count, rounds: ROUNDS, frames: FRAMES, device: deviceOf(renderer),
+    size, expressions: count, fetches: scene.costs.fetches, rounds: ROUNDS, frames: FRAMES, device: deviceOf(renderer),
     facezip_ms: 1e3 * median(rounds.map(([a]) => a)), all_ms: 1e3 * median(rounds.map(([, b]) => b)),
     ratio: median(rounds.map(([a, b]) => a / b)),
   };
@@ -78,6 +80,19 @@ function quadOf(fragmentShader: string, uniforms: Record<string, THREE.IUniform>
 function draw(renderer: THREE.WebGLRenderer, quad: FullScreenQuad, target: THREE.WebGLRenderTarget): void {
   renderer.setRenderTarget(target);
   quad.render(renderer);
+}
+
+const isStored = (value: unknown): value is THREE.Texture => value instanceof THREE.Texture && !value.isRenderTargetTexture;
+
+// Both sides are filtered alike: bilinear, without mip-maps.
+function bilinear(uniforms: Record<string, THREE.IUniform>): Record<string, THREE.IUniform> {
+  const plain = (value: unknown) => {
+    if (!isStored(value)) return value;
+    const copy = value.clone();
+    Object.assign(copy, { minFilter: THREE.LinearFilter, generateMipmaps: false, anisotropy: 1 });
+    return copy;
+  };
+  return Object.fromEntries(Object.entries(uniforms).map(([name, { value }]) => [name, { value: plain(value) }]));
 }
 
 // Reading one pixel back waits until all is drawn.

@@ -9,7 +9,7 @@ import type { State, View } from "./state";
 const VIEWS: View[] = ["texture", "weights", "differences", "change", "error", "uv"];
 
 /** Gain of the views of small values. */
-export const ERROR_RANGE = 32 / 255;
+export const ERROR_RANGE = 16 / 255;
 export const CHANGE_RANGE = 64 / 255;
 
 export class Skin {
@@ -65,7 +65,7 @@ export class Skin {
 }
 
 const SKIN: THREE.MeshPhysicalMaterialParameters = {
-  side: THREE.DoubleSide, roughness: 0.48, metalness: 0, specularIntensity: 0.7,
+  side: THREE.DoubleSide, roughness: 0.55, metalness: 0, specularIntensity: 0.5,
 };
 
 /** GLSL of the blend: one fetch of the neutral, one a difference, one a layer of combined weights. */

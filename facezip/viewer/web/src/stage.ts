@@ -12,13 +12,16 @@ import { Skin } from "./skin";
 import type { State } from "./state";
 import { studio } from "./studio";
 
+/** Pixels of the page above and below the layout, for names and legend. */
+const MARGIN = 72;
+
 export class Stage {
   readonly canvas = byId<HTMLCanvasElement>("canvas");
   readonly orbit: Orbit;
   private readonly head = new THREE.Scene();
   private readonly sheet = new THREE.Scene();
   private readonly sheetCamera = new THREE.OrthographicCamera();
-  private readonly wires = new THREE.MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.28, color: 0xffffff, depthWrite: false });
+  private readonly wires = new THREE.MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.16, color: 0xffffff, depthWrite: false });
   private readonly skinMesh: THREE.Mesh | null;
   private readonly wireMeshes: THREE.Mesh[] = [];
   // Revisions of the weights that were blended last.
@@ -112,7 +115,7 @@ export class Stage {
   // The camera counts in pixels, so that one texel can be one pixel exactly.
   private drawSheet(width: number, height: number): void {
     const [rows, columns] = this.scene.size;
-    const fit = 0.9 * Math.min(width / columns, height / rows);
+    const fit = Math.min((0.92 * width) / columns, Math.max(0.5 * height, height - 2 * MARGIN * this.renderer.getPixelRatio()) / rows);
     const scale = this.state.exact ? 1 : fit;
     const [left, bottom] = [Math.floor((width - columns * scale) / 2), Math.floor((height - rows * scale) / 2)];
     Object.assign(this.sheetCamera, { left: -left, right: width - left, bottom: -bottom, top: height - bottom, near: -1, far: 1 });

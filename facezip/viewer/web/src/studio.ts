@@ -5,13 +5,13 @@ import * as THREE from "three";
 
 /** Colour, strength, and the direction that a light comes from. */
 const LAMPS: [THREE.ColorRepresentation, number, [number, number, number]][] = [
-  [0xd5e2ff, 0.7, [1.5, 0.15, 0.75]],
-  [0xdfe8ff, 2.0, [1.1, 0.7, -1.25]],
-  [0xffe3cf, 1.5, [-1.3, 0.55, -1.05]],
+  [0xd5e2ff, 0.6, [1.5, 0.15, 0.75]],
+  [0xdfe8ff, 1.3, [1.1, 0.7, -1.25]],
+  [0xffe3cf, 1.1, [-1.3, 0.55, -1.05]],
 ];
 
 export function studio(around: THREE.Sphere): THREE.Object3D {
-  const lights = new THREE.Group().add(keyLight(around), new THREE.HemisphereLight(0xe9efff, 0x5a4238, 1.1));
+  const lights = new THREE.Group().add(keyLight(around), new THREE.HemisphereLight(0xe9efff, 0x5a4238, 0.85));
   for (const [colour, strength, from] of LAMPS) {
     const lamp = new THREE.DirectionalLight(colour, strength);
     lamp.position.set(...from);
