@@ -22,7 +22,7 @@ export class Orbit {
 
   reset(): void {
     const { center, radius } = this.around;
-    const distance = (1.02 * radius) / Math.sin((FIELD / 2) * (Math.PI / 180));
+    const distance = (1.1 * radius) / Math.sin((FIELD / 2) * (Math.PI / 180));
     this.controls.target.copy(center);
     this.camera.position.copy(center).add(new THREE.Vector3(0.22, 0.06, 0.97).setLength(distance));
     this.camera.near = 0.05 * radius;
