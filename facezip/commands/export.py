@@ -19,6 +19,6 @@ from facezip.export import TARGETS
 @options.as_json
 def command(pack: Path, target: str, output: Path, character: Path | None, overwrite: bool, as_json: bool) -> None:
     """Write PACK in another form: web is the viewer as one HTML file that opens from disk."""
-    scans = load_character(character) if character else None
-    document = TARGETS[target](pack, output, character=scans, overwrite=overwrite)
+    given = {"character": load_character(character)} if character else {}
+    document = TARGETS[target](pack, output, overwrite=overwrite, **given)
     options.answer(document, as_json, lambda: [f"{document['output']}: {megabytes(document['bytes'])}"])

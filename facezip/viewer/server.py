@@ -1,5 +1,6 @@
 """A web server for one page, on this machine alone: a fixed list of files, read and nothing else."""
 
+import sys
 from collections.abc import Callable, Mapping
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -68,6 +69,11 @@ class _Server(ThreadingHTTPServer):
         super().__init__(address, _Handler)
         self.files = files
         self.names = {f"{host}:{self.server_port}" for host in (ADDRESS, "localhost")}
+
+    def handle_error(self, request: object, client_address: object) -> None:
+        """A browser that closes the page while a file is on its way is no fault; anything else is shown."""
+        if not isinstance(sys.exception(), ConnectionError):
+            super().handle_error(request, client_address)  # type: ignore[arg-type]
 
 
 class _Handler(BaseHTTPRequestHandler):

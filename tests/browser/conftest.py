@@ -102,7 +102,7 @@ def context(browser):
 def served(pack, character=None):
     """The address of a pack's page while the block runs."""
     with serve(files_of(read_scene(pack, character))) as server:
-        thread = Thread(target=server.serve_forever, daemon=True)
+        thread = Thread(target=server.serve_forever, args=(0.05,), daemon=True)
         thread.start()
         try:
             yield f"http://{ADDRESS}:{server.server_port}/"

@@ -24,7 +24,7 @@ def seen_uv(vertices, topology, matrix, size, subpixel_bits):
     return uv
 
 
-@njit
+@njit(cache=True)
 def _fill(screen, w, faces, coordinates, face_uv, depth, uv):
     for f in range(len(faces)):
         a, b, c = faces[f]

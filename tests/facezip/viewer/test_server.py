@@ -11,10 +11,10 @@ from facezip.viewer.scene import read_scene
 from facezip.viewer.server import files_of, serve
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def server(pack, bundle):
     with serve(files_of(read_scene(pack))) as server:
-        thread = Thread(target=server.serve_forever, daemon=True)
+        thread = Thread(target=server.serve_forever, args=(0.05,), daemon=True)
         thread.start()
         yield server
         server.shutdown()
@@ -89,7 +89,7 @@ def test_a_port_that_is_taken_is_one_line(server):
         serve({}, server.server_port)
 
 
-def test_a_missing_bundle_says_the_command_that_builds_it(pack, bundle):
-    (bundle / "viewer.js").unlink()
+def test_a_missing_bundle_says_the_command_that_builds_it(pack, tmp_path, monkeypatch):
+    monkeypatch.setattr("facezip.viewer.page.BUNDLE", tmp_path)
     with pytest.raises(FaceZipError, match=r"not built; run 'python -m facezip\.viewer\.build'"):
         files_of(read_scene(pack))
