@@ -4,17 +4,18 @@ import numpy as np
 from numba import njit
 
 
-def seen_uv(vertices, topology, matrix, size, subpixel_bits):
+def seen_uv(vertices, topology, projection, view, size, subpixel_bits):
     """Perspective-correct UV ``(H, W, 2)`` of the front-most triangle, NaN where there is none.
 
     Parameters
     ----------
     vertices : ``(V, 3)``.
-    matrix : ``(4, 4)``, from there to clip space.
+    view, projection : ``(4, 4)``, from the world to the camera, and from there to clip space; applied in 32 bits.
     size : rows and columns.
     subpixel_bits : a GPU places vertices on a grid of 2^-bits pixels (SUBPIXEL_BITS of OpenGL).
     """
-    clip = np.c_[vertices, np.ones(len(vertices))] @ matrix.T
+    world = np.c_[vertices, np.ones(len(vertices))].astype(np.float32)
+    clip = world @ view.T.astype(np.float32) @ projection.T.astype(np.float32)
     height, width = size
     screen = (clip[:, :2] / clip[:, 3:] * [0.5, -0.5] + 0.5) * [width, height]
     screen = np.rint(screen * 2**subpixel_bits) / 2**subpixel_bits

@@ -12,9 +12,14 @@ from tests.browser.conftest import viewing
 from tests.browser.rasterise import seen_uv
 
 CAPTURE = Path(__file__).parents[3] / "shared" / "data" / "capture_a"
-CLIP = """() => {
-  const { camera } = facezip.stage.orbit;
-  return camera.projectionMatrix.clone().multiply(camera.matrixWorldInverse).elements;
+SEEN = """() => {
+  const { stage } = facezip, { camera } = stage.orbit;
+  return {
+    vertices: Array.from(stage.face.vertices),
+    projection: camera.projectionMatrix.elements,
+    view: camera.matrixWorldInverse.elements,
+    bits: stage.renderer.getContext().getParameter(WebGLRenderingContext.SUBPIXEL_BITS),
+  };
 }"""
 
 
@@ -52,13 +57,14 @@ def head_errors(context, pack, blend):
         viewer.switch("Mip-maps", False)
         viewer.slide(blend)
         pixels = viewer.pixels()
-        bits = viewer.page.evaluate(
-            "facezip.stage.renderer.getContext().getParameter(WebGLRenderingContext.SUBPIXEL_BITS)"
-        )
-        matrix = np.reshape(viewer.page.evaluate(CLIP), (4, 4)).T
+        page = viewer.page.evaluate(SEEN)
     betas = np.array([blend.get(name, 0) for name in model.expressions])
     vertices = model.meshes.neutral + np.tensordot(betas, model.meshes.deltas, 1)
-    uv = seen_uv(vertices, model.meshes.topology, matrix, pixels.shape[:2], bits)
+    shown = np.reshape(page["vertices"], (-1, 3))
+    np.testing.assert_allclose(shown, vertices, atol=1e-4 * np.ptp(vertices))
+    # As the page has them: where rounding decides on a subpixel, half a step of 16 bits can decide otherwise.
+    matrices = (np.reshape(page[name], (4, 4)).T for name in ("projection", "view"))
+    uv = seen_uv(shown, model.meshes.topology, *matrices, pixels.shape[:2], page["bits"])
     seen = unbroken(uv, reach=0.01)
     assert seen.sum() > 0.5 * np.isfinite(uv[..., 0]).sum()
     return np.abs(255 * sampled(model, uv[seen]).blend(blend)[0] - pixels[seen][:, :3])

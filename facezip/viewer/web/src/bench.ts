@@ -8,6 +8,8 @@ import type { Stage } from "./stage";
 const FRAMES = 4;
 const ROUNDS = 7;
 const LARGEST = 1024;
+// As layers of 1024² they take 270 MB.
+const MOST = 64;
 const VERTEX = `
 in vec3 position;
 out vec2 at;
@@ -26,9 +28,10 @@ export interface FrameTimes {
 export function measureFrames(stage: Stage): FrameTimes {
   const { renderer, scene } = stage;
   const size = Math.min(LARGEST, Math.max(...scene.size));
-  const count = scene.expressions.length;
+  const all = scene.expressions.length;
+  const count = Math.min(MOST, all);
   const out = new THREE.WebGLRenderTarget(size, size, { depthBuffer: false });
-  const weights = new Float32Array(count).fill(1 / count);
+  const weights = Float32Array.from({ length: all }, (_, n) => (n < count ? 1 / count : 0));
   const uniforms = bilinear(stage.blendUniforms);
   const ours = quadOf(`${HEAD}${blendSource(scene.difference_scale.length, scene.difference_zero)}
 void main() { colour = vec4(blendOf(at), 1.0); }`, uniforms);
@@ -37,9 +40,9 @@ void main() { colour = vec4(blendOf(at), 1.0); }`, uniforms);
     stage.prepass.render(weights);
     draw(renderer, ours, out);
   };
-  const all = () => draw(renderer, every.quad, out);
-  for (const once of [facezip, all]) seconds(renderer, once, out);
-  const rounds = Array.from({ length: ROUNDS }, () => [seconds(renderer, facezip, out), seconds(renderer, all, out)]);
+  const textures = () => draw(renderer, every.quad, out);
+  for (const once of [facezip, textures]) seconds(renderer, once, out);
+  const rounds = Array.from({ length: ROUNDS }, () => [seconds(renderer, facezip, out), seconds(renderer, textures, out)]);
   const copies = Object.values(uniforms).map(({ value }) => value).filter(isStored);
   for (const made of [out, every.target, ...copies]) made.dispose();
   renderer.setRenderTarget(null);
@@ -56,7 +59,7 @@ function everyTexture(stage: Stage, ours: FullScreenQuad, size: number, count: n
   const { renderer } = stage;
   const target = new THREE.WebGLArrayRenderTarget(size, size, count + 1, { depthBuffer: false, minFilter: THREE.LinearFilter });
   for (let layer = 0; layer <= count; layer++) {
-    stage.prepass.render(Float32Array.from({ length: count }, (_, n) => Number(n === layer - 1)));
+    stage.prepass.render(Float32Array.from({ length: stage.scene.expressions.length }, (_, n) => Number(n === layer - 1)));
     renderer.setRenderTarget(target, layer);
     ours.render(renderer);
   }
