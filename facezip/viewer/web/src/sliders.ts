@@ -5,7 +5,7 @@ import type { State } from "./state";
 
 const MANY = 12;
 const REGIONS: [string, RegExp][] = [
-  ["Brows", /brow/i], ["Eyes", /eye|blink|wink|lid|squint/i], ["Nose", /nose|sneer/i], ["Cheeks", /cheek/i],
+  ["Brows", /brow/i], ["Eyes", /eye|blink|wink|lid/i], ["Nose", /nose|sneer/i], ["Cheeks", /cheek/i],
   ["Jaw", /jaw|chin/i], ["Mouth", /mouth|lip|smil|smirk|pucker|funnel|grin|kiss/i], ["Tongue", /tongue/i],
 ];
 const OTHER = "Whole face";
