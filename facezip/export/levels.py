@@ -1,0 +1,100 @@
+"""All levels of a pack's textures as they lie in an engine's memory, fitted to what a block codec keeps of them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.codecs import Codec
+from facezip.export.mips import WIDE, Pyramid
+from facezip.export.source import Fill, Source, from_steps, to_steps
+from facezip.model import CompressedTextures
+from facezip.progress import track
+from facezip.samples import Samples
+from facezip.sweep import solve_texture
+
+
+@dataclass
+class Level:
+    """One level of all maps, as stored and as a sampler sees it.
+
+    Attributes
+    ----------
+    neutral, differences : ``(h, w, C)`` and ``(R, h, w, C)`` float32, encoded values.
+    stored : the codec's bytes, of ``"neutral"``, ``"difference_0"`` ...
+    loss : by the same names, the RMSE that storing added to a map, in units of its 0..255 texels inside the chart.
+    """
+
+    neutral: NDArray[np.float32]
+    differences: NDArray[np.float32]
+    stored: dict[str, bytes] = field(default_factory=dict)
+    loss: dict[str, float] = field(default_factory=dict)
+
+
+def averaged_levels(source: Source, pyramid: Pyramid, codec: Codec) -> Iterator[Level]:
+    """What engines make by themselves: every map averaged as plain numbers, and then stored."""
+    scale = source.difference_scale
+    maps = [source.model.neutral, *source.model.differences]
+    for neutral, *differences in zip(*(pyramid.levels(one) for one in maps), strict=True):
+        seen = codec.round_trip(np.rint(neutral * 255).astype(np.uint8)).astype(np.float32) / 255
+        steps = np.stack([codec.round_trip(one) for one in to_steps(np.stack(differences), scale)])
+        yield Level(seen, from_steps(steps, scale[:, None, None]))
+
+
+def fitted_levels(
+    source: Source, pyramid: Pyramid, stacks: list[NDArray[np.uint16]], codec: Codec
+) -> Iterator[Level]:
+    """Levels that are best for all expressions under the codec: what it loses of a map, the next ones make up for.
+
+    Parameters
+    ----------
+    source : the pack.
+    pyramid : which texels count.
+    stacks : how every expression should look, from :func:`facezip.export.mips.targets`.
+    codec : how maps are stored.
+    """
+    weights = np.ascontiguousarray(source.model.weights.transpose(1, 3, 0, 2))
+    lights = list(pyramid.light(source.model.neutral))
+    for number, light in enumerate(track(lights, "Coding", len(lights))):
+        covered = pyramid.shares[number] > 0
+        yield _fit(light, stacks[number], covered, pyramid.fills[number], weights, source.difference_scale, codec)
+
+
+def _fit(
+    light: NDArray[np.float32],
+    stack: NDArray[np.uint16],
+    covered: NDArray[np.bool_],
+    fill: Fill,
+    weights: NDArray[np.float32],
+    scale: NDArray[np.float32],
+    codec: Codec,
+) -> Level:
+    level = Level(light, np.zeros((weights.shape[1], *light.shape), np.float32))
+    level.neutral = _store(level, "neutral", light * 255, covered, codec).astype(np.float32) / 255
+    neutral = np.rint(level.neutral * WIDE).astype(np.uint16)
+    samples = Samples(stack, neutral, np.float32(1 / WIDE), covered.astype(np.float32))
+    for slot in reversed(range(len(scale))):
+        best = solve_texture(samples, weights, level.differences, slot)
+        steps = best * (255 / np.maximum(scale[slot], 1e-30)) + 128
+        seen = _store(level, f"difference_{slot}", fill(steps), covered, codec)
+        level.differences[slot] = from_steps(seen, scale[slot])
+    return level
+
+
+def _store(
+    level: Level, name: str, values: NDArray[np.float32], covered: NDArray[np.bool_], codec: Codec
+) -> NDArray[np.uint8]:
+    texels = np.clip(np.rint(values), 0, 255).astype(np.uint8)
+    level.stored[name] = codec.store(texels)
+    seen = codec.load(level.stored[name], texels.shape)
+    gap = (seen.astype(np.float32) - texels)[covered]
+    level.loss[name] = float(np.sqrt(np.square(gap).mean()))
+    return seen
+
+
+def as_model(source: Source, level: Level) -> CompressedTextures:
+    """A level in the place of the pack's textures, under the same weight maps."""
+    return CompressedTextures(
+        level.neutral, level.differences, source.model.weights, source.model.expressions, source.model.method
+    )

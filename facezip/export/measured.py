@@ -1,0 +1,78 @@
+"""How far what an engine shows is from what the pack holds: by the codec at full size, by mip-maps at every other."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.export.levels import Level, as_model
+from facezip.export.mips import Pyramid
+from facezip.export.source import Source
+from facezip.model import CompressedTextures
+from facezip.progress import track
+
+# Below this side a head is a few pixels, and a level has too few texels for a mean over them to say anything.
+SMALLEST = 8
+# Blends that the fit has not seen: neighbours in the order of expressions, half and half.
+BLENDS = 8
+
+Blend = Mapping[str, float]
+
+
+def codec_errors(source: Source, pyramid: Pyramid, level: Level) -> dict[str, Any]:
+    """RMSE (0..255) that a codec adds to each map's texels and to the textures of expressions, inside the chart."""
+    seen, share = as_model(source, level), pyramid.shares[0]
+    errors = {
+        name: _rmse(seen.reconstruct(name) - source.model.reconstruct(name), share)
+        for name in track(source.model.expressions, "Measuring", len(source.model.expressions))
+    }
+    return {"maps": level.loss, "rmse": float(np.mean([*errors.values()])), "rmse_per_expression": errors}
+
+
+def mip_errors(source: Source, pyramid: Pyramid, **candidates: Sequence[Level]) -> list[dict[str, Any]]:
+    """How far candidates' levels are from the light of the blend, averaged; one document a level.
+
+    Parameters
+    ----------
+    source, pyramid : the pack, and which texels count.
+    **candidates : levels by name; ``averaged``, where among them, is also compared with averages of encoded values.
+
+    Returns
+    -------
+    For each level its ``size``, and RMSE (0..255) inside the chart: ``product_gap``, how far the encoded mip of a blend
+    is from the blend of encoded mips; for each candidate its error over expressions, and over blends (``NAME_blends``)
+    of expressions that no fit has seen.
+    """
+    names = source.model.expressions
+    alone: list[Blend] = [{name: 1.0} for name in names]
+    mixed: list[Blend] = [{a: 0.5, b: 0.5} for a, b in zip(names, names[1:], strict=False)][:BLENDS]
+    count = sum(min(size) >= SMALLEST for size in pyramid.sizes)
+    models = {name: [as_model(source, level) for level in levels[:count]] for name, levels in candidates.items()}
+    rows = [{"size": list(size)} for size in pyramid.sizes[:count]]
+    for kind, blends in (("", alone), ("_blends", mixed)):
+        errors = [_errors_of(source, pyramid, blend, models) for blend in track(blends, "Measuring", len(blends))]
+        for row, levels in zip(rows, zip(*errors, strict=True), strict=False):
+            row |= {name + kind: float(np.mean([level[name] for level in levels])) for name in (levels or [{}])[0]}
+    return rows
+
+
+def _errors_of(
+    source: Source, pyramid: Pyramid, blend: Blend, models: Mapping[str, Sequence[CompressedTextures]]
+) -> list[dict[str, float]]:
+    whole = source.model.blend(blend)
+    found = []
+    for number, (light, encoded, share) in enumerate(
+        zip(pyramid.light(whole), pyramid.levels(whole), pyramid.shares, strict=True)
+    ):
+        if min(share.shape) < SMALLEST:
+            break
+        shown = {name: levels[number].blend(blend) for name, levels in models.items()}
+        errors = {name: _rmse(texture - light, share) for name, texture in shown.items()}
+        found.append({"product_gap": _rmse(shown["averaged"] - encoded, share)} | errors)
+    return found
+
+
+def _rmse(gap: NDArray[np.float32], share: NDArray[np.float32]) -> float:
+    squares = np.square(gap).mean(axis=2)
+    return float(255 * np.sqrt((squares * share).sum(dtype=np.float64) / share.sum(dtype=np.float64)))
