@@ -13,6 +13,7 @@ VERBS = {
     "compress": "A character in, a pack out.",
     "validate": "Render a character against packs of it, and report the difference.",
     "decompress": "Textures out of a pack, of expressions or of a blend.",
+    "export": "A pack for an engine: glTF, Unity, Unreal or Godot.",
     "info": "What a pack holds and what it costs.",
     "verify": "Check every byte of a pack.",
     "paper": "The paper's table and figures on any character, with our methods beside its own.",

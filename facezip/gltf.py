@@ -12,7 +12,10 @@ from facezip.meshes import Topology
 from facezip.model import Meshes
 
 # A normal that turns by less than this cannot be seen, and takes bytes.
-SMALLEST_TURN = 1e-4
+SMALLEST_TURN = 1e-3
+ROUGHNESS = 0.6
+# Trilinear, clamped.
+CLAMPED = [{"magFilter": 9729, "minFilter": 9987, "wrapS": 33071, "wrapT": 33071}]
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +88,12 @@ def add_mesh(glb: GlbBuilder, name: str, meshes: Meshes, expressions: tuple[str,
         }
     ]
     return primitive
+
+
+def skin(name: str, texture: int) -> dict[str, Any]:
+    """A material of that name and base colour."""
+    shading = {"baseColorTexture": {"index": texture}, "metallicFactor": 0.0, "roughnessFactor": ROUGHNESS}
+    return {"name": name, "pbrMetallicRoughness": shading}
 
 
 def vertex_normals(vertices: NDArray[np.float32], faces: NDArray[np.int32]) -> NDArray[np.float32]:

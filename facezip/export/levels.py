@@ -11,6 +11,7 @@ from facezip.export.mips import WIDE, Pyramid
 from facezip.export.source import Fill, Source, from_steps, to_steps
 from facezip.model import CompressedTextures
 from facezip.progress import track
+from facezip.quantise import ZERO
 from facezip.samples import Samples
 from facezip.sweep import solve_texture
 
@@ -43,7 +44,7 @@ def averaged_levels(source: Source, pyramid: Pyramid, codec: Codec) -> Iterator[
 
 
 def fitted_levels(
-    source: Source, pyramid: Pyramid, stacks: list[NDArray[np.uint16]], codec: Codec
+    source: Source, pyramid: Pyramid, stacks: list[NDArray[np.uint16]], codec: Codec, upside_down: bool = False
 ) -> Iterator[Level]:
     """Levels that are best for all expressions under the codec: what it loses of a map, the next ones make up for.
 
@@ -53,44 +54,49 @@ def fitted_levels(
     pyramid : which texels count.
     stacks : how every expression should look, from :func:`facezip.export.mips.targets`.
     codec : how maps are stored.
+    upside_down : whether ``stored`` begins with the last row, for engines that keep textures so.
     """
     weights = np.ascontiguousarray(source.model.weights.transpose(1, 3, 0, 2))
     lights = list(pyramid.light(source.model.neutral))
     for number, light in enumerate(track(lights, "Coding", len(lights))):
-        covered = pyramid.shares[number] > 0
-        yield _fit(light, stacks[number], covered, pyramid.fills[number], weights, source.difference_scale, codec)
+        store = _Store(codec, pyramid.shares[number] > 0, upside_down)
+        yield _fit(light, stacks[number], pyramid.fills[number], weights, source.difference_scale, store)
+
+
+class _Store:
+    """Codes maps of one level, and remembers the bytes and what they lost."""
+
+    def __init__(self, codec: Codec, covered: NDArray[np.bool_], upside_down: bool) -> None:
+        self._codec, self.covered, self._turn = codec, covered, -1 if upside_down else 1
+        self.stored: dict[str, bytes] = {}
+        self.loss: dict[str, float] = {}
+
+    def __call__(self, name: str, values: NDArray[np.float32]) -> NDArray[np.uint8]:
+        """What a sampler sees of ``(h, w, C)`` values in 0..255."""
+        texels = np.clip(np.rint(values), 0, 255).astype(np.uint8)
+        self.stored[name] = self._codec.store(texels[:: self._turn])
+        seen = self._codec.load(self.stored[name], texels.shape)[:: self._turn]
+        gap = seen.astype(np.float32) - texels
+        self.loss[name] = float(np.sqrt(np.square(gap[self.covered]).mean()))
+        return seen
 
 
 def _fit(
     light: NDArray[np.float32],
     stack: NDArray[np.uint16],
-    covered: NDArray[np.bool_],
     fill: Fill,
     weights: NDArray[np.float32],
     scale: NDArray[np.float32],
-    codec: Codec,
+    store: _Store,
 ) -> Level:
-    level = Level(light, np.zeros((weights.shape[1], *light.shape), np.float32))
-    level.neutral = _store(level, "neutral", light * 255, covered, codec).astype(np.float32) / 255
-    neutral = np.rint(level.neutral * WIDE).astype(np.uint16)
-    samples = Samples(stack, neutral, np.float32(1 / WIDE), covered.astype(np.float32))
+    neutral = store("neutral", light * 255).astype(np.float32) / 255
+    wide = np.rint(neutral * WIDE).astype(np.uint16)
+    samples = Samples(stack, wide, np.float32(1 / WIDE), store.covered.astype(np.float32))
+    differences = np.zeros((len(scale), *light.shape), np.float32)
     for slot in reversed(range(len(scale))):
-        best = solve_texture(samples, weights, level.differences, slot)
-        steps = best * (255 / np.maximum(scale[slot], 1e-30)) + 128
-        seen = _store(level, f"difference_{slot}", fill(steps), covered, codec)
-        level.differences[slot] = from_steps(seen, scale[slot])
-    return level
-
-
-def _store(
-    level: Level, name: str, values: NDArray[np.float32], covered: NDArray[np.bool_], codec: Codec
-) -> NDArray[np.uint8]:
-    texels = np.clip(np.rint(values), 0, 255).astype(np.uint8)
-    level.stored[name] = codec.store(texels)
-    seen = codec.load(level.stored[name], texels.shape)
-    gap = (seen.astype(np.float32) - texels)[covered]
-    level.loss[name] = float(np.sqrt(np.square(gap).mean()))
-    return seen
+        steps = solve_texture(samples, weights, differences, slot) * (255 / np.maximum(scale[slot], 1e-30)) + ZERO
+        differences[slot] = from_steps(store(f"difference_{slot}", fill(steps)), scale[slot])
+    return Level(neutral, differences, store.stored, store.loss)
 
 
 def as_model(source: Source, level: Level) -> CompressedTextures:

@@ -30,25 +30,28 @@ def codec_errors(source: Source, pyramid: Pyramid, level: Level) -> dict[str, An
     return {"maps": level.loss, "rmse": float(np.mean([*errors.values()])), "rmse_per_expression": errors}
 
 
-def mip_errors(source: Source, pyramid: Pyramid, **candidates: Sequence[Level]) -> list[dict[str, Any]]:
-    """How far candidates' levels are from the light of the blend, averaged; one document a level.
+def mip_errors(
+    source: Source, pyramid: Pyramid, plain: Sequence[Level], **candidates: Sequence[Level]
+) -> list[dict[str, Any]]:
+    """How far levels are from the light of the blend, averaged; one document a level.
 
     Parameters
     ----------
     source, pyramid : the pack, and which texels count.
-    **candidates : levels by name; ``averaged``, where among them, is also compared with averages of encoded values.
+    plain : every map averaged on its own and stored as it is.
+    **candidates : levels by name, of maps as an engine sees them.
 
     Returns
     -------
     For each level its ``size``, and RMSE (0..255) inside the chart: ``product_gap``, how far the encoded mip of a blend
-    is from the blend of encoded mips; for each candidate its error over expressions, and over blends (``NAME_blends``)
+    is from the blend of ``plain`` mips; for each candidate its error over expressions, and over blends (``NAME_blends``)
     of expressions that no fit has seen.
     """
     names = source.model.expressions
     alone: list[Blend] = [{name: 1.0} for name in names]
     mixed: list[Blend] = [{a: 0.5, b: 0.5} for a, b in zip(names, names[1:], strict=False)][:BLENDS]
     count = sum(min(size) >= SMALLEST for size in pyramid.sizes)
-    models = {name: [as_model(source, level) for level in levels[:count]] for name, levels in candidates.items()}
+    models = {name: [as_model(source, level) for level in levels[:count]] for name, levels in {"plain": plain, **candidates}.items()}
     rows = [{"size": list(size)} for size in pyramid.sizes[:count]]
     for kind, blends in (("", alone), ("_blends", mixed)):
         errors = [_errors_of(source, pyramid, blend, models) for blend in track(blends, "Measuring", len(blends))]
@@ -69,7 +72,7 @@ def _errors_of(
             break
         shown = {name: levels[number].blend(blend) for name, levels in models.items()}
         errors = {name: _rmse(texture - light, share) for name, texture in shown.items()}
-        found.append({"product_gap": _rmse(shown["averaged"] - encoded, share)} | errors)
+        found.append({"product_gap": _rmse(shown["plain"] - encoded, share)} | errors)
     return found
 
 

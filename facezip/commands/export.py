@@ -1,0 +1,48 @@
+"""``facezip export``: a pack in the form that an engine takes."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+from facezip.commands import options
+from facezip.commands.options import megabytes
+from facezip.export import TARGETS
+
+
+@click.command("export")
+@click.argument("pack", type=options.FOLDER)
+@click.option("--to", "target", type=click.Choice(list(TARGETS)), required=True, help="What takes it.")
+@click.option("-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder to write.")
+@click.option(
+    "--textures",
+    type=click.Choice(["png", "dds", "ktx2"]),
+    help="Of neutral and differences: png, or blocks with fitted mip-maps (BC7; UASTC in ktx2 for gltf).  [default: png]",
+)
+@options.overwrite
+@options.as_json
+def command(
+    pack: Path, target: str, output: Path, textures: str | None, overwrite: bool, as_json: bool
+) -> None:
+    """Write PACK with what an engine needs to show it: textures, mesh, shader, script and a page that explains them.
+
+    DIR/facezip.json names every file and holds the numbers that turn texels into values; docs/engines.md explains it.
+    """
+    given = {"textures": textures} if textures else {}
+    document = TARGETS[target](pack, output, overwrite=overwrite, **given)
+    options.answer(document, as_json, lambda: _lines(document))
+
+
+def _lines(document: Mapping[str, Any]) -> list[str]:
+    lines = [f"{document['output']}: {megabytes(document['bytes'])}"]
+    codec = document.get("codec", {})
+    if "rmse" in codec:
+        lines.append(
+            f"  {codec['name']:8s} adds RMSE {codec['rmse']:.2f} of 255 to the expressions "
+            f"({codec['rmse_without_fit']:.2f} without fitting each map to what was lost of the others)"
+        )
+    for level in document.get("mips", [])[1:4]:
+        kinds = [f"{level[kind]:.2f} {kind}" for kind in ("plain", "averaged", "fitted") if kind in level]
+        lines.append(f"  mip {level['size'][1]:4d}   RMSE {', '.join(kinds)}")
+    return lines

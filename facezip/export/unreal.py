@@ -1,0 +1,34 @@
+"""Unreal: HLSL for Custom nodes, and a Python script for the editor that imports everything and builds the materials."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from facezip.export.engine import write_head, write_text
+from facezip.export.folder import Target
+from facezip.export.maps import PNG, Format
+from facezip.export.shaders import HLSL, number, shader_words
+from facezip.export.source import Source
+
+# The engine's own macro, which also works where a stage has no derivatives.
+DIALECT = replace(HLSL, sample="Texture2DSample({texture}, clamped, {uv})")
+SLOTS_PER_TARGET = 3
+# Render targets hold weights from minus to plus half of this, in 32-bit floats.
+SPAN = 64.0
+FILES = {
+    "FaceZip.ush": "blend.j2",
+    "head_node.hlsl": "unreal/head.j2",
+    "setup_facezip.py": "unreal/setup.j2",
+    "GUIDE.md": "unreal/guide.j2",
+}
+
+
+def _write(source: Source, folder: Path, form: Format) -> None:
+    targets = range(-(-len(source.manifest.difference_scale) // SLOTS_PER_TARGET))
+    words = shader_words(source.manifest, DIALECT) | {"targets": targets, "span": number(SPAN)}
+    write_head(source, folder)
+    write_text(folder, FILES, words)
+    for target in targets:
+        write_text(folder, {f"weights_{target}_node.hlsl": "unreal/weights.j2"}, words | {"target": target})
+
+
+export_unreal = Target("unreal", {"png": PNG}, _write)
