@@ -1,6 +1,6 @@
 """All levels of a pack's textures as they lie in an engine's memory, fitted to what a block codec keeps of them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -44,7 +44,12 @@ def averaged_levels(source: Source, pyramid: Pyramid, codec: Codec) -> Iterator[
 
 
 def fitted_levels(
-    source: Source, pyramid: Pyramid, stacks: list[NDArray[np.uint16]], codec: Codec, upside_down: bool = False
+    source: Source,
+    pyramid: Pyramid,
+    plain: Sequence[Level],
+    stacks: Sequence[NDArray[np.uint16]],
+    codec: Codec,
+    upside_down: bool = False,
 ) -> Iterator[Level]:
     """Levels that are best for all expressions under the codec: what it loses of a map, the next ones make up for.
 
@@ -52,15 +57,15 @@ def fitted_levels(
     ----------
     source : the pack.
     pyramid : which texels count.
+    plain : every map averaged on its own; where expressions do not say what is better, it stays so.
     stacks : how every expression should look, from :func:`facezip.export.mips.targets`.
     codec : how maps are stored.
     upside_down : whether ``stored`` begins with the last row, for engines that keep textures so.
     """
-    weights = np.ascontiguousarray(source.model.weights.transpose(1, 3, 0, 2))
     lights = list(pyramid.light(source.model.neutral))
     for number, light in enumerate(track(lights, "Coding", len(lights))):
         store = _Store(codec, pyramid.shares[number] > 0, upside_down)
-        yield _fit(light, stacks[number], pyramid.fills[number], weights, source.difference_scale, store)
+        yield _fit(source, light, plain[number].differences, stacks[number], pyramid.fills[number], store)
 
 
 class _Store:
@@ -82,21 +87,34 @@ class _Store:
 
 
 def _fit(
+    source: Source,
     light: NDArray[np.float32],
+    plain: NDArray[np.float32],
     stack: NDArray[np.uint16],
     fill: Fill,
-    weights: NDArray[np.float32],
-    scale: NDArray[np.float32],
     store: _Store,
 ) -> Level:
-    neutral = store("neutral", light * 255).astype(np.float32) / 255
-    wide = np.rint(neutral * WIDE).astype(np.uint16)
-    samples = Samples(stack, wide, np.float32(1 / WIDE), store.covered.astype(np.float32))
-    differences = np.zeros((len(scale), *light.shape), np.float32)
-    for slot in reversed(range(len(scale))):
-        steps = solve_texture(samples, weights, differences, slot) * (255 / np.maximum(scale[slot], 1e-30)) + ZERO
-        differences[slot] = from_steps(store(f"difference_{slot}", fill(steps)), scale[slot])
-    return Level(neutral, differences, store.stored, store.loss)
+    """One level: the neutral first, then each difference as ``plain`` with a correction for what is still wrong."""
+    level = Level(store("neutral", light * 255).astype(np.float32) / 255, np.zeros_like(plain), store.stored, store.loss)
+    samples = _wrong(as_model(source, Level(level.neutral, plain)), stack, store.covered)
+    weights = np.ascontiguousarray(source.model.weights.transpose(1, 3, 0, 2))
+    corrections = np.zeros_like(plain)
+    for slot, scale in reversed([*enumerate(source.difference_scale)]):
+        correction = solve_texture(samples, weights, corrections, slot)
+        steps = (plain[slot] + correction) * (255 / np.maximum(scale, 1e-30)) + ZERO
+        level.differences[slot] = from_steps(store(f"difference_{slot}", fill(steps)), scale)
+        corrections[slot] = level.differences[slot] - plain[slot]
+    return level
+
+
+def _wrong(model: CompressedTextures, stack: NDArray[np.uint16], covered: NDArray[np.bool_]) -> Samples:
+    """What a model lacks of the expressions as they should look, as the fit takes it: in steps, around the middle."""
+    middle = WIDE // 2
+    lacking = np.empty_like(stack)
+    for n, name in enumerate(model.expressions):
+        gap = (stack[n] / np.float32(WIDE) - model.reconstruct(name)) * np.float32(middle)
+        lacking[n] = np.rint(gap) + middle
+    return Samples(lacking, np.full_like(stack[0], middle), np.float32(1 / middle), covered.astype(np.float32))
 
 
 def as_model(source: Source, level: Level) -> CompressedTextures:

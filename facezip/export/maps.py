@@ -67,7 +67,7 @@ def write_maps(source: Source, folder: Path, form: Format, upside_down: bool = F
         measured = {"codec": {"name": form.name}, "mips": mip_errors(source, pyramid, plain)}
     else:
         with uastc() if form is BASIS else nullcontext(bc7()) as codec:
-            levels = list(fitted_levels(source, pyramid, targets(source, pyramid), codec, upside_down))
+            levels = list(fitted_levels(source, pyramid, plain, targets(source, pyramid), codec, upside_down))
             measured = _measured(source, pyramid, codec, plain, levels)
         for name in names:
             content = form.container(source.manifest.size, [level.stored[name] for level in levels], name)
