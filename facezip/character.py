@@ -212,7 +212,7 @@ def _mask(folder: Path, neutral: Texels) -> NDArray[np.float32] | None:
 
 
 def mask_of(texels: Texels, neutral: Texels, path: Path) -> NDArray[np.float32]:
-    """The face region ``(H, W)`` that an image at ``path`` says; it has to have the neutral's size, and be somewhere."""
+    """The face region ``(H, W)`` that an image at ``path`` says: of the neutral's size, and not black everywhere."""
     mask = to_float(texels)[:, :, 0]
     if mask.shape != neutral.shape[:2]:
         raise FaceZipError(

@@ -1,7 +1,7 @@
 """Binary glTF files: one JSON document and one binary chunk, and the arrays that its accessors describe.
 
-Libraries at hand drop morph targets (trimesh) or leave accessors, sparse ones above all, to the caller (pygltflib). What
-a blendshape needs of the format is little, and every offset of a stranger's file has to be checked against its bytes.
+Libraries at hand drop morph targets (trimesh) or leave accessors, sparse ones above all, to the caller (pygltflib).
+What a blendshape needs of the format is little, and every offset of a stranger's file has to be checked.
 """
 
 import json
@@ -212,9 +212,7 @@ def _layout(accessor: Mapping[str, Any]) -> tuple[np.dtype[Any], int, int]:
     return np.dtype(kind).newbyteorder("<"), width, _count(accessor.get("count"))
 
 
-def _strided(
-    content: bytes, start: int, stride: int, kind: np.dtype[Any], count: int, width: int
-) -> NDArray[Any]:
+def _strided(content: bytes, start: int, stride: int, kind: np.dtype[Any], count: int, width: int) -> NDArray[Any]:
     step = stride or kind.itemsize * width
     last = start + (count - 1) * step + kind.itemsize * width
     if count and (last > len(content) or step < kind.itemsize * width):

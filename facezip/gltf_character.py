@@ -6,7 +6,7 @@ image, or file beside the GLB has the morph target's name.
 """
 
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -107,10 +107,12 @@ class _Textures:
             return self._of_material(self._variants[name])
         if name == NEUTRAL and self._material is not None:
             return self._of_material(self._material)
-        for kind in ("materials", "textures", "images"):
+        ways: dict[str, Callable[[int], int | None]]
+        ways = {"materials": self._of_material, "textures": self._of_texture, "images": int}
+        for kind, image_of in ways.items():
             for index, entry in enumerate(self._glb.document.get(kind, [])):
                 if Path(str(entry.get("name", ""))).stem == name:
-                    return {"materials": self._of_material, "textures": self._of_texture, "images": int}[kind](index)
+                    return image_of(index)
         return None
 
     def _of_material(self, index: Any) -> int | None:
@@ -135,7 +137,7 @@ class _Textures:
             try:
                 return read_texture(file)
             except FaceZipError as error:
-                raise FaceZipError(error.code, f"{self._path}: image {index}{str(error)[len(str(file)):]}") from None
+                raise FaceZipError(error.code, f"{self._path}: image {index}{str(error)[len(str(file)) :]}") from None
 
 
 def _character(path: Path, mesh: ScannedMesh, textures: _Textures) -> Character:

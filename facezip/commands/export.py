@@ -18,13 +18,11 @@ from facezip.export import TARGETS
 @click.option(
     "--textures",
     type=click.Choice(["png", "dds", "ktx2"]),
-    help="Of neutral and differences: png, or blocks with fitted mip-maps (BC7; UASTC in ktx2 for gltf).  [default: png]",
+    help="Of neutral and differences: png (default), or blocks with fitted mip-maps: BC7, in ktx2 for gltf UASTC.",
 )
 @options.overwrite
 @options.as_json
-def command(
-    pack: Path, target: str, output: Path, textures: str | None, overwrite: bool, as_json: bool
-) -> None:
+def command(pack: Path, target: str, output: Path, textures: str | None, overwrite: bool, as_json: bool) -> None:
     """Write PACK with what an engine needs to show it: textures, mesh, shader, script and a page that explains them.
 
     DIR/facezip.json names every file and holds the numbers that turn texels into values; docs/engines.md explains it.

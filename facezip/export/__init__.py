@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from typing import Any
 
-from facezip.export.godot import export_godot
 from facezip.export.gltf import export_gltf
+from facezip.export.godot import export_godot
 from facezip.export.unity import export_unity
 from facezip.export.unreal import export_unreal
 

@@ -32,9 +32,7 @@ class Target:
     write: Callable[[Source, Path, Format], None]
     upside_down: bool = False
 
-    def __call__(
-        self, pack: Path, output: Path, *, textures: str = "png", overwrite: bool = False
-    ) -> dict[str, Any]:
+    def __call__(self, pack: Path, output: Path, *, textures: str = "png", overwrite: bool = False) -> dict[str, Any]:
         """Export a pack into the folder ``output``.
 
         Returns

@@ -14,6 +14,7 @@ from facezip.progress import track
 from facezip.quantise import ZERO
 from facezip.samples import Samples
 from facezip.sweep import solve_texture
+from facezip.textures import to_float
 
 
 @dataclass
@@ -38,7 +39,7 @@ def averaged_levels(source: Source, pyramid: Pyramid, codec: Codec) -> Iterator[
     scale = source.difference_scale
     maps = [source.model.neutral, *source.model.differences]
     for neutral, *differences in zip(*(pyramid.levels(one) for one in maps), strict=True):
-        seen = codec.round_trip(np.rint(neutral * 255).astype(np.uint8)).astype(np.float32) / 255
+        seen = to_float(codec.round_trip(np.rint(neutral * 255).astype(np.uint8)))
         steps = np.stack([codec.round_trip(one) for one in to_steps(np.stack(differences), scale)])
         yield Level(seen, from_steps(steps, scale[:, None, None]))
 
@@ -95,7 +96,8 @@ def _fit(
     store: _Store,
 ) -> Level:
     """One level: the neutral first, then each difference as ``plain`` with a correction for what is still wrong."""
-    level = Level(store("neutral", light * 255).astype(np.float32) / 255, np.zeros_like(plain), store.stored, store.loss)
+    neutral = to_float(store("neutral", light * 255))
+    level = Level(neutral, np.zeros_like(plain), store.stored, store.loss)
     samples = _wrong(as_model(source, Level(level.neutral, plain)), stack, store.covered)
     weights = np.ascontiguousarray(source.model.weights.transpose(1, 3, 0, 2))
     corrections = np.zeros_like(plain)

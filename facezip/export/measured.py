@@ -1,6 +1,7 @@
 """How far what an engine shows is from what the pack holds: by the codec at full size, by mip-maps at every other."""
 
 from collections.abc import Mapping, Sequence
+from itertools import islice, pairwise
 from typing import Any
 
 import numpy as np
@@ -44,16 +45,20 @@ def mip_errors(
     Returns
     -------
     For each level its ``size``, and RMSE (0..255) inside the chart: ``product_gap``, how far the encoded mip of a blend
-    is from the blend of ``plain`` mips; for each candidate its error over expressions, and over blends (``NAME_blends``)
-    of expressions that no fit has seen.
+    is from the blend of ``plain`` mips; for each candidate its error over expressions, and (``NAME_blends``) over
+    blends of them that no fit has seen.
     """
     names = source.model.expressions
     alone: list[Blend] = [{name: 1.0} for name in names]
-    mixed: list[Blend] = [{a: 0.5, b: 0.5} for a, b in zip(names, names[1:], strict=False)][:BLENDS]
+    mixed: list[Blend] = [dict.fromkeys(pair, 0.5) for pair in islice(pairwise(names), BLENDS)]
     count = sum(min(size) >= SMALLEST for size in pyramid.sizes)
-    models = {name: [as_model(source, level) for level in levels[:count]] for name, levels in {"plain": plain, **candidates}.items()}
-    rows = [{"size": list(size)} for size in pyramid.sizes[:count]]
-    for kind, blends in (("", alone), ("_blends", mixed)):
+    models = {
+        name: [as_model(source, level) for level in levels[:count]]
+        for name, levels in {"plain": plain, **candidates}.items()
+    }
+    rows: list[dict[str, Any]] = [{"size": list(size)} for size in pyramid.sizes[:count]]
+    kinds: dict[str, list[Blend]] = {"": alone, "_blends": mixed}
+    for kind, blends in kinds.items():
         errors = [_errors_of(source, pyramid, blend, models) for blend in track(blends, "Measuring", len(blends))]
         for row, levels in zip(rows, zip(*errors, strict=True), strict=False):
             row |= {name + kind: float(np.mean([level[name] for level in levels])) for name in (levels or [{}])[0]}

@@ -50,7 +50,7 @@ class Pyramid:
         self.fills = [Fill(share > 0) for share in self.shares]
 
     def levels(self, values: NDArray[np.float32]) -> Iterator[NDArray[np.float32]]:
-        """The means of ``(H, W, C)`` values, finest level first; a texel without any covered area is like its nearest."""
+        """The means of ``(H, W, C)`` values, finest level first; texels of no covered area are like their nearest."""
         covered = values * (self.shares[0] > 0)[..., None]
         for sums, share, fill in zip(self._shrunk(covered), self.shares, self.fills, strict=True):
             yield fill((sums / np.where(share > 0, share, 1)[..., None]).astype(np.float32))

@@ -76,7 +76,7 @@ def shader_words(manifest: Manifest, dialect: Dialect) -> dict[str, object]:
         "load": _expression(dialect.load),
         "sample": _expression(dialect.sample),
         "vector": _vector(dialect.vector),
-        "identifier": identifier(manifest.name),
+        "identifier": identifier(str(manifest.name)),
         "size": manifest.size,
         "zero": number(ZERO / 255),
         "count": count,
@@ -114,7 +114,7 @@ def _environment() -> jinja2.Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
         # Shader text, not markup; names of people never get into it.
-        autoescape=False,  # noqa: S701
+        autoescape=False,
     )
 
 

@@ -1,4 +1,4 @@
-"""Unreal: HLSL for Custom nodes, and a Python script for the editor that imports everything and builds the materials."""
+"""Unreal: HLSL for Custom nodes, and a Python script that imports everything into the editor and builds materials."""
 
 from dataclasses import replace
 from pathlib import Path

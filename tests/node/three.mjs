@@ -11,13 +11,17 @@ const { scene } = await new GLTFLoader().parseAsync(content.buffer.slice(content
 let face;
 scene.traverse((object) => { if (object.isMesh) face = object; });
 const { position, normal } = face.geometry.morphAttributes;
+// Attributes may lie interleaved.
+const numbers = (attribute) =>
+  Array.from({ length: attribute.count * attribute.itemSize }, (_, at) =>
+    attribute.getComponent(Math.floor(at / attribute.itemSize), at % attribute.itemSize));
 console.log(JSON.stringify({
   names: Object.keys(face.morphTargetDictionary),
   relative: face.geometry.morphTargetsRelative,
-  position: Array.from(face.geometry.attributes.position.array),
-  deltas: position.map((target) => Array.from(target.array)),
+  position: numbers(face.geometry.attributes.position),
+  deltas: position.map(numbers),
   normals: normal.length,
   index: Array.from(face.geometry.index.array),
-  uv: Array.from(face.geometry.attributes.uv.array),
+  uv: numbers(face.geometry.attributes.uv),
   textured: face.material.map !== null,
 }));

@@ -195,7 +195,9 @@ def test_unity_s_shaders_compile(model, tmp_path):
         assert programs
         for program in programs:
             text = re.sub(r"#pragma.*", "", program).replace("float4 frag(", "float4 main(")
-            hlsl_to_glsl("#extension GL_GOOGLE_include_directive : enable\n" + text, tmp_path, tmp_path, exported.folder)
+            hlsl_to_glsl(
+                "#extension GL_GOOGLE_include_directive : enable\n" + text, tmp_path, tmp_path, exported.folder
+            )
 
 
 def test_every_dialect_says_the_same(tmp_path):
