@@ -1,8 +1,8 @@
 """A character as one GLB: expressions are morph targets, their textures material variants of the same names.
 
-Variants (``KHR_materials_variants``) are what glTF has for "the same mesh with another texture": editors and viewers show
-them, and tools that drop what nothing refers to keep them. Files of other makers are read too, where a material, texture,
-image, or file beside the GLB has the morph target's name.
+Variants (``KHR_materials_variants``) are what glTF has for "the same mesh with another texture": editors and viewers
+show them, and tools that drop what nothing refers to keep them. Files of other makers are read too, where a material,
+texture, image, or file beside the GLB has the morph target's name.
 """
 
 import tempfile

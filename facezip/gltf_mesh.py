@@ -95,10 +95,7 @@ def _texture_coordinates(glb: Glb, primitive: dict[str, Any], count: int) -> NDA
 
 
 def _faces(glb: Glb, primitive: dict[str, Any], count: int) -> NDArray[np.int64]:
-    if "indices" in primitive:
-        indices = glb.array(primitive["indices"])
-    else:
-        indices = np.arange(count)[:, None]
+    indices = glb.array(primitive["indices"]) if "indices" in primitive else np.arange(count)[:, None]
     if indices.shape[1] != 1 or indices.dtype.kind not in "ui" or len(indices) % 3 or len(indices) == 0:
         raise GlbFault("its triangles are not threes of vertex numbers; export it again")
     if indices.max() >= count:

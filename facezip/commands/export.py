@@ -1,6 +1,6 @@
 """``facezip export``: a pack in the form that an engine takes."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +9,12 @@ import click
 from facezip.commands import options
 from facezip.commands.options import megabytes
 from facezip.export import TARGETS
+
+MIPS = {
+    "plain": "as engines make them of PNGs",
+    "averaged": "the same, in blocks",
+    "fitted": "in blocks and fitted, as written here",
+}
 
 
 @click.command("export")
@@ -40,7 +46,13 @@ def _lines(document: Mapping[str, Any]) -> list[str]:
             f"  {codec['name']:8s} adds RMSE {codec['rmse']:.2f} of 255 to the expressions "
             f"({codec['rmse_without_fit']:.2f} without fitting each map to what was lost of the others)"
         )
-    for level in document.get("mips", [])[1:4]:
-        kinds = [f"{level[kind]:.2f} {kind}" for kind in ("plain", "averaged", "fitted") if kind in level]
-        lines.append(f"  mip {level['size'][1]:4d}   RMSE {', '.join(kinds)}")
+    levels = document.get("mips", [])[1:5]
+    if levels:
+        sizes = ", ".join(str(level["size"][1]) for level in levels)
+        lines.append(f"  mip-maps at {sizes} texels: RMSE to averaged light")
+        lines += [f"    {_errors(levels, kind)} {words}" for kind, words in MIPS.items() if kind in levels[0]]
     return lines
+
+
+def _errors(levels: Sequence[Mapping[str, Any]], kind: str) -> str:
+    return ", ".join(f"{level[kind]:.2f}" for level in levels)
