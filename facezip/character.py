@@ -196,12 +196,13 @@ def _texture_like(folder: Path, name: str, neutral: Texels) -> Texels:
     if texture.shape != neutral.shape or texture.dtype != neutral.dtype:
         raise FaceZipError(
             ErrorCode.SIZE_MISMATCH,
-            f"{path}: {_kind(texture)}, the neutral is {_kind(neutral)}; export both alike",
+            f"{path}: {kind_of(texture)}, the neutral is {kind_of(neutral)}; export both alike",
         )
     return texture
 
 
-def _kind(texture: Texels) -> str:
+def kind_of(texture: Texels) -> str:
+    """Size, channels and type of a texture, in words."""
     height, width, channels = texture.shape
     return f"{width}x{height} with {channels} channel(s) of {texture.dtype}"
 

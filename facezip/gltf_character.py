@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character import MASK, NEUTRAL, Character, mask_of, texture_path
+from facezip.character import MASK, NEUTRAL, Character, kind_of, mask_of, texture_path
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.glb import Glb, GlbFault
 from facezip.gltf import CLAMPED, add_mesh, skin, start
@@ -156,8 +156,8 @@ def _character(path: Path, mesh: ScannedMesh, textures: _Textures) -> Character:
         if texture.shape != neutral.shape or texture.dtype != neutral.dtype:
             raise FaceZipError(
                 ErrorCode.SIZE_MISMATCH,
-                f"{path}: the texture of '{name}' is {texture.shape} of {texture.dtype}, the neutral is {neutral.shape} "
-                f"of {neutral.dtype}; export both alike",
+                f"{path}: the texture of '{name}' is {kind_of(texture)}, the neutral is {kind_of(neutral)}; "
+                "export both alike",
             )
         stack[n] = texture
     mask = textures.find(MASK)

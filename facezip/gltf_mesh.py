@@ -124,8 +124,9 @@ def _transform(glb: Glb, mesh: int) -> NDArray[np.float32]:
         seen.add(at)
         total = _linear(nodes[at]) @ total
         at = parents.get(at)
-    size = np.cbrt(abs(np.linalg.det(total)))
-    if not np.isfinite(total).all() or size < 1e-12:
+    with np.errstate(all="ignore"):
+        size = np.cbrt(abs(np.linalg.det(total)))
+    if not np.isfinite(total).all() or not 1e-12 < size < 1e12:
         raise GlbFault("its node has a transform that flattens it or is no number; export it again")
     unit = total / size
     exact = np.eye(3) if np.allclose(unit, np.eye(3), atol=1e-6) else unit

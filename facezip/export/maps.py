@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from facezip.codecs import Codec, bc7, raw
+from facezip.errors import ErrorCode, FaceZipError
 from facezip.export.basis import uastc
-from facezip.export.containers import BC7_UNORM, UASTC, dds, ktx2
+from facezip.export.containers import BC7_UNORM, BLOCK_SIDE, UASTC, dds, ktx2
 from facezip.export.levels import Level, averaged_levels, fitted_levels
 from facezip.export.measured import codec_errors, mip_errors
 from facezip.export.mips import Pyramid, targets
@@ -58,6 +59,13 @@ def write_maps(source: Source, folder: Path, form: Format, upside_down: bool = F
     errors that it adds; ``mips``: how far the levels are from the light of the blend, averaged.
     """
     names = ["neutral", *(f"difference_{i}" for i in range(len(source.difference_scale)))]
+    if form.container and any(side % BLOCK_SIDE for side in source.manifest.size):
+        height, width = source.manifest.size
+        raise FaceZipError(
+            ErrorCode.BAD_VALUE,
+            f"{source.path}: textures of {width}x{height}; GPUs take blocks of whole {BLOCK_SIDE} texels a side: "
+            "use --textures png",
+        )
     pyramid = Pyramid(source.covered)
     plain = list(averaged_levels(source, pyramid, raw(source.manifest.channels)))
     if form.container is None:

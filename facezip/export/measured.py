@@ -15,6 +15,8 @@ from facezip.progress import track
 
 # Below this side a head is a few pixels, and a level has too few texels for a mean over them to say anything.
 SMALLEST = 8
+# A mean over a few expressions is as good as one over all: that many texels are looked at, of at least four of them.
+TEXELS_MEASURED, LEAST = 2**24, 4
 # Blends that the fit has not seen: neighbours in the order of expressions, half and half.
 BLENDS = 8
 
@@ -49,8 +51,10 @@ def mip_errors(
     blends of them that no fit has seen.
     """
     names = source.model.expressions
-    alone: list[Blend] = [{name: 1.0} for name in names]
-    mixed: list[Blend] = [dict.fromkeys(pair, 0.5) for pair in islice(pairwise(names), BLENDS)]
+    most = max(TEXELS_MEASURED // pyramid.shares[0].size, LEAST)
+    some = names[:: -(-len(names) // most)]
+    alone: list[Blend] = [{name: 1.0} for name in some]
+    mixed: list[Blend] = [dict.fromkeys(pair, 0.5) for pair in islice(pairwise(names), min(most, BLENDS))]
     count = sum(min(size) >= SMALLEST for size in pyramid.sizes)
     models = {
         name: [as_model(source, level) for level in levels[:count]]
@@ -61,7 +65,7 @@ def mip_errors(
     for kind, blends in kinds.items():
         errors = [_errors_of(source, pyramid, blend, models) for blend in track(blends, "Measuring", len(blends))]
         for row, levels in zip(rows, zip(*errors, strict=True), strict=False):
-            row |= {name + kind: float(np.mean([level[name] for level in levels])) for name in (levels or [{}])[0]}
+            row |= {name + kind: float(np.mean([level[name] for level in levels])) for name in levels[0]}
     return rows
 
 

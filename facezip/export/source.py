@@ -14,8 +14,9 @@ from facezip.model import CompressedTextures, Meshes
 from facezip.pack import read_pack
 from facezip.quantise import ZERO
 from facezip.raster import rasterise
+from facezip.textures import Texels
 
-Kind = TypeVar("Kind", np.uint8, np.float32)
+Kind = TypeVar("Kind", np.uint8, np.uint16, np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,9 +51,12 @@ class Source:
         return np.array(self.manifest.difference_scale, np.float32)
 
     @property
-    def neutral_texels(self) -> NDArray[np.uint8]:
-        """``(H, W, C)``, the neutral at 8 bits, what lies outside the chart replaced by what is nearest inside."""
-        return Fill(self.covered)(np.rint(self.model.neutral * 255).astype(np.uint8))
+    def neutral_texels(self) -> Texels:
+        """``(H, W, C)``, the neutral as stored, what lies outside the chart replaced by what is nearest inside."""
+        fill = Fill(self.covered)
+        if self.manifest.neutral_bits == 16:
+            return fill(np.rint(self.model.neutral * 65535).astype(np.uint16))
+        return fill(np.rint(self.model.neutral * 255).astype(np.uint8))
 
     @property
     def difference_texels(self) -> NDArray[np.uint8]:

@@ -56,6 +56,14 @@ def test_a_character_reads_back(scans, tmp_path, dtype):
     assert [entry.name for entry in tmp_path.iterdir()] == ["sheet.glb"]
 
 
+def test_float_textures_are_kept_to_16_bits(tmp_path):
+    scans = random_character(side=16, grid=5, expressions=3, dtype=np.float32)
+    save_character(scans, tmp_path / "sheet.glb")
+    back = load_character(tmp_path / "sheet.glb")
+    assert back.textures.dtype == np.uint16
+    np.testing.assert_allclose(back.textures / 65535, scans.textures, atol=1 / 65535)
+
+
 def test_seams_are_welded_again(scans, tmp_path):
     seam = scans.topology.face_uv.copy()
     seam[0, 0] = 24

@@ -9,6 +9,7 @@ import pytest
 import texture2ddecoder
 
 from facezip.codecs import bc7, raw
+from facezip.errors import FaceZipError
 from facezip.export.levels import averaged_levels, fitted_levels
 from facezip.export.maps import DDS, KTX2, PNG, write_maps
 from facezip.export.measured import codec_errors, mip_errors
@@ -17,6 +18,7 @@ from facezip.export.source import Fill, read_source
 from facezip.model import blend_differences
 from facezip.pack import write_pack
 from facezip.textures import decode_srgb, encode_srgb, read_texture_exactly
+from tests.facezip.conftest import random_model
 from tests.facezip.export.conftest import smooth_model
 
 
@@ -164,3 +166,21 @@ def test_png_exports_hold_the_bytes_of_the_pack(source, tmp_path):
         written = read_texture_exactly(tmp_path / f"{name}.png")
         np.testing.assert_array_equal(written, read_texture_exactly(source.path / f"{name}.png"))
     assert (tmp_path / "weights_0.png").read_bytes() == (source.path / "weights.png").read_bytes()
+
+
+def test_a_neutral_of_16_bits_stays_one_in_png(tmp_path):
+    model = smooth_model(side=16, weights=2)
+    write_pack(model, tmp_path / "wide.facezip", neutral_bits=16)
+    source = read_source(tmp_path / "wide.facezip")
+    write_maps(source, tmp_path, PNG)
+    written = read_texture_exactly(tmp_path / "neutral.png")
+    assert written.dtype == np.uint16
+    np.testing.assert_array_equal(written, np.rint(source.model.neutral * 65535))
+    write_maps(source, tmp_path, DDS)
+
+
+def test_textures_of_broken_blocks_are_refused(tmp_path):
+    write_pack(random_model(size=(24, 42), meshes=True), tmp_path / "me.facezip")
+    with pytest.raises(FaceZipError, match="42x24.*use --textures png"):
+        write_maps(read_source(tmp_path / "me.facezip"), tmp_path, DDS)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["me.facezip"]
