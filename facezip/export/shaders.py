@@ -11,6 +11,8 @@ from facezip.footprint import SLOTS_PER_LAYER
 from facezip.manifest import Manifest
 from facezip.quantise import ZERO
 
+SLOTS_PER_TARGET = 3
+
 
 @dataclass(frozen=True)
 class Dialect:
@@ -86,12 +88,18 @@ def shader_words(manifest: Manifest, dialect: Dialect) -> dict[str, object]:
         "height": height,
         "slots": slots,
         "layers": range(-(-slots // SLOTS_PER_LAYER)),
+        "targets": target_numbers(manifest),
         "scales": [_three(row) for row in manifest.difference_scale],
         "weight_scale": _layered(manifest.weight_scale),
         "weight_offset": _layered(manifest.weight_offset),
         "uniform": [_layered(row) for row in manifest.uniform_weights],
         "grey": manifest.channels == 1,
     }
+
+
+def target_numbers(manifest: Manifest) -> range:
+    """The render targets of the pre-pass in engines that keep three numbers of a target's texel only."""
+    return range(-(-len(manifest.difference_scale) // SLOTS_PER_TARGET))
 
 
 def render(template: str, **words: object) -> str:

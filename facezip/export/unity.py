@@ -9,6 +9,8 @@ from facezip.export.maps import DDS, PNG, Format
 from facezip.export.shaders import HLSL, shader_words
 from facezip.export.source import Source
 
+# Unity's own importer of DDS turns some formats over and others not: these files have an importer of theirs.
+BLOCKS = replace(DDS, suffix=".bc7")
 DIALECT = replace(HLSL, beta="_FaceZipBeta", rows_from_below=True)
 FILES = {
     "FaceZip.hlsl": "unity/include.j2",
@@ -25,4 +27,4 @@ def _write(source: Source, folder: Path, form: Format) -> None:
     write_text(folder, FILES, shader_words(source.manifest, DIALECT) | {"suffix": form.suffix})
 
 
-export_unity = Target("unity", {"png": PNG, "dds": DDS}, _write, upside_down=True)
+export_unity = Target("unity", {"png": PNG, "dds": BLOCKS}, _write, upside_down=True)

@@ -6,12 +6,11 @@ from pathlib import Path
 from facezip.export.engine import write_head, write_text
 from facezip.export.folder import Target
 from facezip.export.maps import PNG, Format
-from facezip.export.shaders import HLSL, number, shader_words
+from facezip.export.shaders import HLSL, number, shader_words, target_numbers
 from facezip.export.source import Source
 
 # The engine's own macro, which also works where a stage has no derivatives.
 DIALECT = replace(HLSL, sample="Texture2DSample({texture}, clamped, {uv})")
-SLOTS_PER_TARGET = 3
 # Render targets hold weights from minus to plus half of this, in 32-bit floats.
 SPAN = 64.0
 FILES = {
@@ -23,11 +22,10 @@ FILES = {
 
 
 def _write(source: Source, folder: Path, form: Format) -> None:
-    targets = range(-(-len(source.manifest.difference_scale) // SLOTS_PER_TARGET))
-    words = shader_words(source.manifest, DIALECT) | {"targets": targets, "span": number(SPAN)}
+    words = shader_words(source.manifest, DIALECT) | {"span": number(SPAN)}
     write_head(source, folder)
     write_text(folder, FILES, words)
-    for target in targets:
+    for target in target_numbers(source.manifest):
         write_text(folder, {f"weights_{target}_node.hlsl": "unreal/weights.j2"}, words | {"target": target})
 
 

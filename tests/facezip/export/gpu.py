@@ -63,7 +63,9 @@ class Gpu:
         target = self._context.texture(size[::-1], 4, dtype="f4")
         frame = self._context.framebuffer([target])
         frame.use()
-        for unit, name in enumerate(self._samplers(fragment)):
+        # Those that are not read are optimised away.
+        samplers, members = re.findall(r"uniform (?:highp |mediump )?sampler2D (\w+)", fragment), {*program}
+        for unit, name in enumerate(name for name in samplers if name in members):
             key = name.removeprefix(PREFIX)
             best = max((known for known in textures if key.startswith(known)), key=len)
             textures[best].use(unit)
@@ -71,11 +73,6 @@ class Gpu:
         self._fill(program, np.asarray(floats, np.float32))
         self._context.vertex_array(program, []).render(vertices=3)
         return np.frombuffer(target.read(), np.float32).reshape(*size, 4)
-
-    def _samplers(self, fragment):
-        """Those that are read; the others are optimised away."""
-        found = re.findall(r"uniform (?:highp |mediump )?sampler2D (\w+)", fragment)
-        return [name for name in found if len(re.findall(rf"\b{name}\b", fragment)) > 1]
 
     def _fill(self, program, floats):
         for name in program:

@@ -10,13 +10,14 @@ import texture2ddecoder
 
 from facezip.codecs import bc7, raw
 from facezip.errors import FaceZipError
+from facezip.export import TARGETS
 from facezip.export.levels import averaged_levels, fitted_levels
 from facezip.export.maps import DDS, KTX2, PNG, write_maps
 from facezip.export.measured import codec_errors, mip_errors
 from facezip.export.mips import Pyramid, level_sizes, targets
 from facezip.export.source import Fill, read_source
 from facezip.model import blend_differences
-from facezip.pack import write_pack
+from facezip.pack import read_pack, write_pack
 from facezip.textures import decode_srgb, encode_srgb, read_texture_exactly
 from tests.facezip.conftest import random_model
 from tests.facezip.export.conftest import smooth_model
@@ -184,3 +185,16 @@ def test_textures_of_broken_blocks_are_refused(tmp_path):
     with pytest.raises(FaceZipError, match="42x24.*use --textures png"):
         write_maps(read_source(tmp_path / "me.facezip"), tmp_path, DDS)
     assert [entry.name for entry in tmp_path.iterdir()] == ["me.facezip"]
+
+
+def test_unity_s_blocks_lie_behind_a_dds_header_of_148_bytes(pack, tmp_path):
+    """As the importer that comes along reads them."""
+    TARGETS["unity"](pack, tmp_path / "out", textures="dds")
+    content = (tmp_path / "out" / "neutral.bc7").read_bytes()
+    height, width, levels = (int.from_bytes(content[at : at + 4], "little") for at in (12, 16, 28))
+    assert (height, width, levels) == (64, 64, 7)
+    assert "Header = 148" in (tmp_path / "out" / "Editor" / "FaceZipImport.cs").read_text()
+    assert len(content) - 148 == sum(bc7().bytes_of(*size) for size in level_sizes((64, 64)))
+    neutral = read_pack(pack).neutral
+    seen = bc7().load(content[148:][: bc7().bytes_of(64, 64)], (64, 64, 3))[::-1] / 255
+    assert np.sqrt(np.square(seen - neutral).mean()) < 0.02

@@ -104,12 +104,14 @@ void main() {{
 def test_godot_gives_the_blend(model, gpu, tmp_path):
     exported = Exported(model, "godot", tmp_path)
     textures = exported.textures(gpu)
+    atlases = {f"atlas_{layer}": textures.get(f"weights_{layer}") for layer in range(exported.layers)}
     targets = {}
-    for layer in range(exported.layers):
+    for target in range(-(-exported.model.weights.shape[3] // 3)):
         source = as_glsl(exported.text("weights.gdshader"), exported.weight_size, "COLOR")
-        source = source.replace("uniform int layer = 0;", f"const int layer = {layer};")
-        atlas = {"atlas": textures.get(f"weights_{layer}")}
-        targets[f"map_weights_{layer}"] = gpu.texture(gpu.draw(source, exported.weight_size, atlas, exported.beta))
+        source = source.replace("uniform int target = 0;", f"const int target = {target};")
+        drawn = gpu.draw(source, exported.weight_size, atlases, exported.beta)
+        assert (drawn[..., 3] == 1).all()
+        targets[f"map_weights_{target}"] = gpu.texture(drawn)
     source = as_glsl(exported.text("head.gdshader"), exported.size, "vec4(ALBEDO, ROUGHNESS)")
     maps = {f"map_{name}": textures[name] for name in maps_of(exported)}
     exported.matches(gpu.draw(source, exported.size, maps | targets), linear=True)
