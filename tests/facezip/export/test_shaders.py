@@ -22,8 +22,8 @@ MODELS = {
     "uniform weights": random_model(weights=(1, 1), meshes=True),
     "grey": grey(random_model(meshes=True)),
 }
-# Texture units interpolate with a few bits only, in software as in hardware.
-TOLERANCE = 0.5 / 255
+# Of values in [0, 1].
+TOLERANCE = 1e-4
 
 
 @pytest.fixture(scope="module")
