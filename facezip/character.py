@@ -77,7 +77,7 @@ class Character:
 
 
 def load_character(path: str | Path) -> Character:
-    """Read a character folder: ``neutral.obj`` with its texture, and the same pair per expression.
+    """Read a character folder: ``neutral.obj`` with its texture, and the same pair per expression; or one ``.glb``.
 
     Expressions come in the order of their names. Textures are PNG, TIFF, JPEG or OpenEXR, found by the mesh's name;
     ``mask.png`` (any of these formats), where present, limits the face region.
@@ -89,9 +89,13 @@ def load_character(path: str | Path) -> Character:
         meshes of another topology or UV layout, and everything that the readers of meshes and textures refuse.
     """
     folder = Path(path)
+    if folder.suffix.lower() == ".glb":
+        from facezip.gltf_character import load_glb
+
+        return load_glb(folder)
     names = _expression_names(folder)
     neutral_vertices, topology = read_obj(folder / f"{NEUTRAL}.obj")
-    neutral = read_texture(_texture_path(folder, NEUTRAL))
+    neutral = read_texture(texture_path(folder, NEUTRAL))
     vertices = np.empty((len(names), *neutral_vertices.shape), np.float32)
     textures: Texels = np.empty((len(names), *neutral.shape), neutral.dtype)
 
@@ -115,8 +119,16 @@ def load_character(path: str | Path) -> Character:
 
 
 def save_character(character: Character, folder: str | Path) -> None:
-    """Write ``NAME.obj`` and ``NAME.png`` (``.exr`` for float textures) for the neutral and every expression."""
+    """Write ``NAME.obj`` and ``NAME.png`` (``.exr`` for float textures) for the neutral and every expression.
+
+    Where ``folder`` ends in ``.glb``, one such file is written instead.
+    """
     folder = Path(folder)
+    if folder.suffix.lower() == ".glb":
+        from facezip.gltf_character import save_glb
+
+        save_glb(character, folder)
+        return
     folder.mkdir(parents=True, exist_ok=True)
     suffix = ".exr" if character.neutral.dtype.kind == "f" else ".png"
     names = (NEUTRAL, *character.expressions)
@@ -150,7 +162,8 @@ def _expression_names(folder: Path) -> tuple[str, ...]:
     return names
 
 
-def _texture_path(folder: Path, name: str) -> Path:
+def texture_path(folder: Path, name: str) -> Path:
+    """The texture of a name in a folder, whatever its suffix; where there is none, what it would be called."""
     found = [folder / f"{name}{suffix}" for suffix in TEXTURE_SUFFIXES if (folder / f"{name}{suffix}").exists()]
     if len(found) > 1:
         raise FaceZipError(
@@ -178,26 +191,30 @@ def _vertices_like(folder: Path, name: str, neutral: NDArray[np.float32], topolo
 
 
 def _texture_like(folder: Path, name: str, neutral: Texels) -> Texels:
-    path = _texture_path(folder, name)
+    path = texture_path(folder, name)
     texture = read_texture(path)
     if texture.shape != neutral.shape or texture.dtype != neutral.dtype:
         raise FaceZipError(
             ErrorCode.SIZE_MISMATCH,
-            f"{path}: {_kind(texture)}, the neutral is {_kind(neutral)}; export both alike",
+            f"{path}: {kind_of(texture)}, the neutral is {kind_of(neutral)}; export both alike",
         )
     return texture
 
 
-def _kind(texture: Texels) -> str:
+def kind_of(texture: Texels) -> str:
+    """Size, channels and type of a texture, in words."""
     height, width, channels = texture.shape
     return f"{width}x{height} with {channels} channel(s) of {texture.dtype}"
 
 
 def _mask(folder: Path, neutral: Texels) -> NDArray[np.float32] | None:
-    path = _texture_path(folder, MASK)
-    if not path.exists():
-        return None
-    mask = to_float(read_texture(path))[:, :, 0]
+    path = texture_path(folder, MASK)
+    return mask_of(read_texture(path), neutral, path) if path.exists() else None
+
+
+def mask_of(texels: Texels, neutral: Texels, path: Path) -> NDArray[np.float32]:
+    """The face region ``(H, W)`` that an image at ``path`` says: of the neutral's size, and not black everywhere."""
+    mask = to_float(texels)[:, :, 0]
     if mask.shape != neutral.shape[:2]:
         raise FaceZipError(
             ErrorCode.SIZE_MISMATCH,
