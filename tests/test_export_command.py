@@ -16,6 +16,8 @@ from facezip.export.basis import find_package
 from facezip.textures import read_texture_exactly
 from tests.facezip.export.conftest import smooth_model
 
+# The page for browsers has tests of its own: tests/browser and tests/test_view_command.py.
+ENGINES = [name for name in TARGETS if name != "web"]
 NASTY = ("<img src=x onerror=alert(1)>", "$(touch owned)", '";DROP', "`id`", "sourire \u2028 à 50 %")
 
 
@@ -42,10 +44,8 @@ def pack(tmp_path_factory):
     return path
 
 
-@pytest.fixture(scope="module", params=[*TARGETS])
+@pytest.fixture(scope="module", params=ENGINES)
 def exported(request, pack):
-    if request.param == "web":
-        pytest.skip("has tests of its own")
     TARGETS[request.param](pack, pack.parent / request.param)
     return request.param, pack.parent / request.param
 
@@ -162,3 +162,12 @@ def test_guides_state_the_settings_that_break_a_blend(exported):
     assert "| weights |" in guide
     assert all(word in guide for word in ("srgb", "mip-maps", "repeat" if target == "godot" else "clamp"))
     assert len(guide.splitlines()) < 60
+
+
+@pytest.mark.parametrize(("target", "option"), [("web", "--textures"), ("unity", "--character")])
+def test_an_option_of_another_target_is_refused(run, pack, tmp_path, target, option):
+    value = "png" if option == "--textures" else tmp_path
+    code, out, err = run("export", pack, "--to", target, option, value, "-o", tmp_path / "x")
+    assert code == ExitCode.USAGE
+    assert option in err
+    assert not (tmp_path / "x").exists()
