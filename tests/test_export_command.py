@@ -167,7 +167,7 @@ def test_guides_state_the_settings_that_break_a_blend(exported):
 @pytest.mark.parametrize(("target", "option"), [("web", "--textures"), ("unity", "--character")])
 def test_an_option_of_another_target_is_refused(run, pack, tmp_path, target, option):
     value = "png" if option == "--textures" else tmp_path
-    code, out, err = run("export", pack, "--to", target, option, value, "-o", tmp_path / "x")
+    code, _, err = run("export", pack, "--to", target, option, value, "-o", tmp_path / "x")
     assert code == ExitCode.USAGE
     assert option in err
     assert not (tmp_path / "x").exists()
