@@ -17,7 +17,8 @@ from facezip.errors import ErrorCode, FaceZipError
 from facezip.progress import task
 from render.exr import write_exr
 from render.llvm import start
-from render.metrics import METRICS, PIXELS_PER_DEGREE, UNITS, Picture, compare, display, head_crop
+from render.flip import PIXELS_PER_DEGREE
+from render.metrics import METRICS, UNITS, Picture, compare, display, head_crop
 from render.noise import Halves, debiased_rmse, noise_floor
 from render.paired import Images, PairedRenderer, upload
 from render.verdict import verdict
