@@ -5,6 +5,7 @@ so at each of its points each texture costs one lookup and one multiplication, a
 carry no noise but their own.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -101,21 +102,15 @@ class PairedRenderer:
         means = [[self._mean(channel, count, window) for channel in colour] for colour in radiance]
         return Images(np.moveaxis(np.array(means), 1, 3), self._mean(covered, count, window))
 
-    def surface(self, view: View) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
-        """What lies under the centre of each pixel of the posed head: triangle ``(H, W)``, -1 for none, and
-
-        its barycentric coordinates ``(H, W, 3)``.
-        """
+    def triangles(self, view: View) -> NDArray[np.int32]:
+        """The triangle ``(H, W)`` under the centre of each pixel of the posed head, -1 beside it."""
         import mitsuba as mi
 
-        everything = (0, 0, self._resolution, self._resolution)
-        ray = self._rays(self._camera(view), mi.Point2f(0.5), everything, 1)
+        side = self._resolution
+        ray = self._rays(self._camera(view), mi.Point2f(0.5), (0, 0, side, side), 1)
         hit = self._scene.ray_intersect_preliminary(ray, True)
-        shape = (self._resolution, self._resolution)
-        seen = np.array(hit.is_valid()).reshape(shape)
-        u, v = (np.array(part).reshape(shape) for part in hit.prim_uv)
-        triangle = np.where(seen, np.array(hit.prim_index).reshape(shape).astype(np.int32), -1)
-        return triangle.astype(np.int32), np.stack([1 - u - v, u, v], axis=2).astype(np.float32)
+        seen: NDArray[np.int32] = np.where(hit.is_valid(), hit.prim_index, -1).astype(np.int32).reshape(side, side)
+        return seen
 
     def _mean(self, samples: Any, count: int, window: Window) -> NDArray[np.float32]:
         import drjit as dr
@@ -179,6 +174,12 @@ class PairedRenderer:
         corner = mi.Point2f(mi.Float(pixel % width + left), mi.Float(pixel // width + top))
         ray, _ = sensor.sample_ray(0.0, 0.5, (corner + offset) / self._resolution, mi.Point2f(0.5))
         return ray
+
+
+def stratified(spp: int) -> int:
+    """The number of samples, at least ``spp``, that the sampler takes: strata that tile a pixel's square."""
+    rows = math.isqrt(spp)
+    return rows * -(-spp // rows)
 
 
 def upload(encoded: NDArray[np.float32]) -> Any:
