@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from render.metrics import METRICS
-from render.verdict import LEVELS, Thresholds, verdict
+from render.verdict import LEVELS, Thresholds, verdict, worst_render
 
 Render = dict[str, Any]
 _MEASURED = (*METRICS, "image_rmse_debiased")
@@ -28,9 +28,10 @@ def summarise(k: int, name: str, facts: dict[str, Any], renders: Sequence[Render
         **means,
         "psnr": None if rmse == 0 else float(20 * np.log10(255 / rmse)),
         "noise_floor": _mean(render["noise_floor"]["image_rmse"] for render in renders),
-        "noise_floor_per_metric": {metric: _mean(render["noise_floor"][metric] for render in renders) for metric in METRICS},
+        "noise_floor_per_metric": {name: _mean(render["noise_floor"][name] for render in renders) for name in METRICS},
         "worst": {metric: _worst(k, metric, renders) for metric in _MEASURED},
         "regions": _regions(k, renders),
+        "worst_place": _worst_place(k, worst_render(k, renders, limits)),
     }
 
 
@@ -55,3 +56,9 @@ def _regions(k: int, renders: Sequence[Render]) -> dict[str, Render]:
             if region not in found or value > found[region]["value"]:
                 found[region] = {"value": value, **{key: render[key] for key in ("expression", "view", "light")}}
     return dict(sorted(found.items(), key=lambda item: -item[1]["value"]))
+
+
+def _worst_place(k: int, render: Render) -> Render | None:
+    """Where the render that the verdict names differs most: its image, and the box in it; None without a difference."""
+    where = render["packs"][k]["where"]
+    return where and {key: render[key] for key in ("expression", "view", "light", "exr", "spp")} | where
