@@ -50,7 +50,7 @@ def bench_render(character: Character, poses: Sequence[Pose], settings: Settings
         way(poses[:1])
     runs = []
     for _ in track(range(repeats), "Rendering both ways", repeats):
-        naive, paired = (_timed(lambda way=way: way(poses)) for way in ways)
+        naive, paired = (_timed(way, poses) for way in ways)
         pairs = len(poses) * len(looks) * packs
         runs.append(
             {"naive_s": naive, "paired_s": paired, "speedup": naive / paired, "pairs_per_second": pairs / paired}
@@ -81,9 +81,7 @@ def renderer_of(character: Character, settings: Settings) -> PairedRenderer:
     return PairedRenderer(character.topology, frame, settings.lights, skin, size, transport)
 
 
-def _naive(
-    character: Character, poses: Sequence[Pose], looks: Sequence[tuple[View, str]], settings: Settings
-) -> None:
+def _naive(character: Character, poses: Sequence[Pose], looks: Sequence[tuple[View, str]], settings: Settings) -> None:
     for pose in poses:
         for texture in pose.textures:
             for view, light in looks:
@@ -105,14 +103,12 @@ def render_alone(
     bitmap = {"type": "bitmap", "data": mi.TensorXf(decode_srgb(colour)), "raw": True, "wrap_mode": "clamp"}
     head = HeadMesh(character.topology, MATERIALS[settings.material](bitmap))
     frame, depth = frame_of(character.neutral_vertices), 2 if settings.transport == "direct" else -1
-    scene = mi.load_dict(
-        stage(head.shape, frame, light, depth) | {"sensor": camera(view, frame, settings.resolution)}
-    )
+    scene = mi.load_dict(stage(head.shape, frame, light, depth) | {"sensor": camera(view, frame, settings.resolution)})
     head.move(mi.traverse(scene), vertices)
     return np.array(mi.render(scene, spp=settings.spp, seed=settings.seed), np.float32)
 
 
-def _timed(work: Callable[[], None]) -> float:
+def _timed(work: Callable[[Sequence[Pose]], None], poses: Sequence[Pose]) -> float:
     begin = perf_counter()
-    work()
+    work(poses)
     return perf_counter() - begin

@@ -93,7 +93,8 @@ def _hues(a: float, b: float, grey: bool) -> tuple[float, float]:
     if grey:
         return 0.0, a + b
     turn = b - a
-    if abs(turn) <= math.pi:
+    # Opposite hues, a half turn but for rounding, are in the first case on every machine.
+    if abs(turn) <= math.pi + 1e-9:
         return turn, (a + b) / 2
     turn += -2 * math.pi if turn > 0 else 2 * math.pi
     return turn, (a + b) / 2 + (math.pi if a + b < 2 * math.pi else -math.pi)

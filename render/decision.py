@@ -54,5 +54,5 @@ def _acceptable(level: str) -> str:
 
 
 def stream(seed: int, *position: int) -> int:
-    """The random seed at a position (round, half, repeat) of a run: independent of its neighbours, the same each time."""
+    """The random seed at a position (round, half, repeat) of a run: the same each time, unlike all others."""
     return int(np.random.SeedSequence([seed, *position]).generate_state(1)[0])

@@ -100,7 +100,9 @@ def _feature_taps() -> tuple[Map, Map, Map]:
 
 @cache
 def _largest_colour_error() -> np.float32:
-    green, blue = (_hunt(*_opponent(np.float32([[colour]]), _TO), _TO, _BACK)[:, 0, 0] for colour in np.eye(3)[1:])
+    green, blue = (
+        _hunt(*_opponent(np.array([[colour]], np.float32), _TO), _TO, _BACK)[:, 0, 0] for colour in np.eye(3)[1:]
+    )
     distance = abs(green[0] - blue[0]) + np.hypot(green[1] - blue[1], green[2] - blue[2])
     return np.float32(distance**0.7)
 

@@ -83,8 +83,8 @@ def locate(
 
     Returns
     -------
-    The 95th percentile of each region seen; and, where there is an error, of the worst: ``region``, ``delta_e_p95``, and
-    ``box``, first row and column, height and width of the square in which its error is largest.
+    The 95th percentile of each region seen; and, where there is an error, of the worst: ``region``, ``delta_e_p95``,
+    and ``box``, first row and column, height and width of the square in which its error is largest.
     """
     labels = np.where(head, regions, -1)
     counts = np.bincount(labels[labels >= 0], minlength=len(NAMES))

@@ -1,4 +1,4 @@
-"""How to look at a character: views, lights, skin, light transport, samples and limits, from a TOML file or defaults."""
+"""How to look at a character: views, lights, skin, transport, samples and limits, from a TOML file or defaults."""
 
 import tomllib
 from collections.abc import Callable, Mapping
@@ -8,7 +8,7 @@ from typing import Any
 
 from facezip.errors import ErrorCode, FaceZipError
 from render.paired import TRANSPORTS, stratified
-from render.verdict import Limit, Thresholds
+from render.verdict import DEFAULT_THRESHOLDS, Limit, Thresholds
 from scenes.cameras import VIEWS, View
 from scenes.lights import RIGS
 from scenes.materials import MATERIALS
@@ -39,7 +39,7 @@ class Settings:
     spp: int = 16
     max_spp: int | None = None
     seed: int = 0
-    thresholds: Thresholds = Thresholds()
+    thresholds: Thresholds = DEFAULT_THRESHOLDS
 
     @property
     def most(self) -> int:
@@ -56,7 +56,7 @@ class Settings:
         if self.spp % 2 or stratified(self.spp // 2) * 2 != self.spp:
             nearest = 2 * stratified(self.spp // 2)
             raise _bad(f"spp {self.spp}: must be two halves that tile a pixel's square; {nearest} does")
-        choices = {"material": MATERIALS, "transport": TRANSPORTS}
+        choices: dict[str, tuple[str, ...]] = {"material": tuple(MATERIALS), "transport": tuple(TRANSPORTS)}
         for name, known in choices.items():
             if getattr(self, name) not in known:
                 raise _bad(f"{name} '{getattr(self, name)}': must be one of {', '.join(known)}")
@@ -75,7 +75,7 @@ class Settings:
 def read_settings(path: Path | None, given: Mapping[str, Any]) -> Settings:
     """Settings of a TOML file, or the defaults, with what was ``given`` on the command line in their place.
 
-    ``views`` and ``lights`` are a number, taken in their order, or names; a view may be a table of a camera of your own.
+    ``views`` and ``lights`` are a number, taken in their order, or names; a view may be a table: a camera of your own.
 
     Raises
     ------
@@ -123,7 +123,8 @@ def _views(value: Any) -> tuple[View, ...]:
     if isinstance(value, int):
         return VIEWS[: _count("views", value, len(VIEWS))]
     known = {view.name: view for view in VIEWS}
-    views = tuple(_camera(entry) if isinstance(entry, dict) else _named("views", entry, known) for entry in value)
+    entries = _listed("views", value)
+    views = tuple(_camera(entry) if isinstance(entry, dict) else _named("views", entry, known) for entry in entries)
     names = [view.name for view in views]
     if len({*names}) < len(names):
         raise _bad("views: two of them have one name")
@@ -147,7 +148,15 @@ def _camera(entry: Mapping[str, Any]) -> View:
 def _lights(value: Any) -> tuple[str, ...]:
     if isinstance(value, int):
         return tuple(RIGS)[: _count("lights", value, len(RIGS))]
-    return tuple(dict.fromkeys(_named("lights", entry, {name: name for name in RIGS}) for entry in value))
+    return tuple(
+        dict.fromkeys(_named("lights", entry, {name: name for name in RIGS}) for entry in _listed("lights", value))
+    )
+
+
+def _listed(key: str, value: Any) -> list[Any]:
+    if not isinstance(value, list):
+        raise _bad(f"{key} {value!r}: must be a number, or a list of names")
+    return value
 
 
 def _count(key: str, value: int, most: int) -> int:
@@ -163,7 +172,7 @@ def _named(key: str, name: Any, known: Mapping[str, Any]) -> Any:
 
 
 def _thresholds(value: Any) -> Thresholds:
-    levels = asdict(Thresholds())
+    levels = asdict(DEFAULT_THRESHOLDS)
     for level, limits in value.items():
         if level not in levels or not isinstance(limits, dict) or {*limits} - {"delta_e", "flip"}:
             raise _bad(f"thresholds: '{level}' must be {' or '.join(levels)}, each with delta_e and flip")

@@ -1,4 +1,4 @@
-"""Finished shots on disk, each beside its image and under a digest of all that made it: a broken run goes on from them."""
+"""Finished shots on disk, each under a digest of all that made it: a broken run goes on from them."""
 
 import hashlib
 import json

@@ -52,7 +52,8 @@ def validate(
     """Render the character with its own and each candidate's textures, and measure every difference.
 
     Writes ``folder/renders/EXPRESSION.VIEW.LIGHT.exr``, a part ``original`` and one a candidate, and its measurements
-    beside it. Shots found there, or in the report ``earlier``, are not rendered again if nothing that made them changed.
+    beside it. Shots found there, or in the report ``earlier``, are not rendered again if nothing that made them
+    changed.
 
     Returns
     -------
@@ -173,7 +174,9 @@ class _Run:
     def _keep(self, shot: Shot, digest: str, measured: dict[str, Any], images: Images) -> None:
         names = ["original", *(f"{k + 1} {candidate.name}" for k, candidate in enumerate(self._candidates))]
         alpha = images.coverage[:, :, None]
-        parts = {name: np.concatenate([linear, alpha], axis=2) for name, linear in zip(names, images.linear, strict=True)}
+        parts = {
+            name: np.concatenate([linear, alpha], axis=2) for name, linear in zip(names, images.linear, strict=True)
+        }
         facts = {"view": shot.view.name, "light": shot.light, "spp": str(measured["spp"])}
         facts |= {key: str(self._conditions[key]) for key in ("seed", "material", "transport")}
         self._writing.append(self._pool.submit(self._store.keep, shot.name, digest, measured, parts, facts))

@@ -41,6 +41,9 @@ class Thresholds:
         return max(delta_e / self.indistinguishable.delta_e, flip / self.indistinguishable.flip)
 
 
+DEFAULT_THRESHOLDS = Thresholds()
+
+
 def verdict(k: int, renders: Sequence[dict[str, Any]], thresholds: Thresholds) -> tuple[str, str]:
     """Judge pack ``k`` by its worst render.
 

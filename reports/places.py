@@ -49,7 +49,7 @@ def _place(k: int, pack: Mapping[str, Any], folder: Path, scale: ColourScale) ->
 
 
 def region_table(packs: Sequence[Mapping[str, Any]]) -> Table | None:
-    """Regions by packs: the worst render of each, worst region of the first pack first; None where none was measured."""
+    """Regions by packs: the worst render of each, the first pack's worst region first; None where none was measured."""
     regions = dict.fromkeys(name for pack in packs for name in pack.get("regions", {}))
     if not regions:
         return None

@@ -1,4 +1,4 @@
-"""``facezip bench render`` and ``facezip bench metrics``: what shared light paths save, and how true few samples are."""
+"""``facezip bench render`` and ``bench metrics``: what shared light paths save, and how true few samples are."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -128,7 +128,9 @@ def _render_lines(document: Mapping[str, Any]) -> list[str]:
 
 def _metric_lines(document: Mapping[str, Any]) -> list[str]:
     about = document["conditions"]
-    lines = [f"{about['spp']} samples a pixel against {about['converged']}: mean deviation, and the largest of a render"]
+    lines = [
+        f"{about['spp']} samples a pixel against {about['converged']}: mean deviation, and the largest of a render"
+    ]
     for name, found in document["deviation"].items():
         as_text = "{:+9.5f} {:9.5f}" if name == "ssim" else "{:+9.2%} {:9.2%}"
         lines.append(f"  {name:20}" + as_text.format(found["mean"], found["largest"]))
