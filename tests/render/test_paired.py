@@ -49,10 +49,13 @@ from tests.render.conftest import lumpy_head
 from render.paired import TRANSPORTS, PairedRenderer, stratified, upload
 from scenes.cameras import VIEWS, frame_of
 vertices, topology = lumpy_head()
-renderer = PairedRenderer(topology, frame_of(vertices), ["studio"], "skin", 48)
-renderer.pose(vertices)
 texture = np.random.default_rng(0).random((32, 32, 3), dtype=np.float32)
-print(hashlib.sha256(renderer.render([upload(texture)], VIEWS[1], "studio", 4, 0).linear.tobytes()).hexdigest())
+digest = hashlib.sha256()
+for transport in ("direct", "full"):
+    renderer = PairedRenderer(topology, frame_of(vertices), ["studio"], "skin", 48, transport)
+    renderer.pose(vertices)
+    digest.update(renderer.render([upload(texture)], VIEWS[1], "studio", 4, 0).linear.tobytes())
+print(digest.hexdigest())
 """
 
 
@@ -98,6 +101,12 @@ def test_the_right_of_the_texture_is_the_left_of_the_character(renderer):
     assert np.argwhere(red)[:, 1].mean() > np.argwhere(green)[:, 1].mean() + 10
 
 
+def bowl(vertices):
+    """The ball with its front pushed in: a bowl in which light goes to and fro."""
+    x, y, z = vertices.T
+    return np.stack([x, y, np.where(z > 4, 8 - z, z)], axis=1).astype(np.float32)
+
+
 LOOKS = [(material, rig, "direct") for material in MATERIALS for rig in RIGS]
 LOOKS += [("skin", "studio", "full"), ("diffuse", "daylight", "full")]
 
@@ -109,8 +118,7 @@ def test_it_agrees_with_mitsubas_own_integrator(head, texture, material, rig, tr
     vertices, topology = head
     frame = frame_of(vertices)
     if transport == "full":
-        # A dent in which light goes to and fro.
-        vertices = vertices * np.where(vertices[:, 2:] > 6, 0.6, 1).astype(np.float32)
+        vertices = bowl(vertices)
     paired = PairedRenderer(topology, frame, [rig], material, 32, transport)
     paired.pose(vertices)
     ours = shade(paired, [texture], FRONT, rig, 256, 0)
@@ -148,15 +156,14 @@ def _textured(head, bsdf):
 
 def test_light_between_parts_of_the_skin_only_adds(head, texture):
     vertices, topology = head
-    dented = vertices * np.where(vertices[:, 2:] > 6, 0.6, 1).astype(np.float32)
     images = []
     for transport in TRANSPORTS:
         renderer = PairedRenderer(topology, frame_of(vertices), ["studio"], "diffuse", 32, transport)
-        renderer.pose(dented)
+        renderer.pose(bowl(vertices))
         images.append(shade(renderer, [texture, texture.copy(), texture * 0.5], FRONT, "studio", 16, 0).linear)
     direct, full = images
     assert (full[0].sum(axis=2) >= direct[0].sum(axis=2) - 1e-3).mean() > 0.9
-    assert full[0].mean() > 1.01 * direct[0].mean()
+    assert full[0].mean() > 1.03 * direct[0].mean()
     np.testing.assert_array_equal(full[0], full[1])
 
 
