@@ -1,5 +1,6 @@
 """Files and folders that appear whole or not at all."""
 
+import fcntl
 import os
 import shutil
 from collections.abc import Callable, Iterator
@@ -38,6 +39,47 @@ def whole_folder(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> I
         ) from None
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
+
+
+@contextmanager
+def resumable_folder(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> Iterator[Path]:
+    """As :func:`whole_folder`, but what a broken run leaves waits in ``.NAME.partial`` for the next one.
+
+    Raises
+    ------
+    FaceZipError
+        ``CANNOT_WRITE``: as there, or another process is at work on the same folder.
+    """
+    _check_target(path, overwrite, ours)
+    partial = path.with_name(f".{path.name}.partial")
+    try:
+        partial.mkdir(parents=True, exist_ok=True)
+        with _alone(partial):
+            try:
+                yield partial
+                _sync(partial)
+                _replace(partial, path)
+            finally:
+                if partial.is_dir() and not any(partial.iterdir()):
+                    partial.rmdir()
+    except OSError as error:
+        raise FaceZipError(
+            ErrorCode.CANNOT_WRITE, f"{path}: cannot write ({error.strerror}); check space and rights"
+        ) from None
+
+
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """Hold a folder against other processes; the system lets go of it when this one ends, however it ends."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    except BlockingIOError:
+        reason = "another facezip is writing there; wait for it or choose another name"
+        raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{folder}: {reason}") from None
+    finally:
+        os.close(descriptor)
 
 
 def write_whole(path: Path, content: bytes) -> None:

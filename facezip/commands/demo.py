@@ -41,7 +41,8 @@ def command(
 
     DIR then holds character/ (a folder as your scans would be), the pack, and the report.
     """
-    from render.validation import Settings, validate
+    from render.settings import Settings
+    from render.validation import validate
     from reports.validation import write_validation_report
     from scenes.character import make_character
 
