@@ -13,6 +13,7 @@ VERBS = {
     "compress": "A character in, a pack out.",
     "validate": "Render a character against packs of it, and report the difference.",
     "decompress": "Textures out of a pack, of expressions or of a blend.",
+    "rig": "Scans and a template in, the person's own shapes and a pack that blends them out.",
     "info": "What a pack holds and what it costs.",
     "verify": "Check every byte of a pack.",
     "paper": "The paper's table and figures on any character, with our methods beside its own.",
