@@ -21,10 +21,9 @@ PLACE = 0.3
 
 def edges(vertices: NDArray[np.floating[Any]], faces: NDArray[np.int32]) -> NDArray[np.float64]:
     """Both edge columns of every frame, ``(..., F, 3, 2)``, for vertices or displacements ``(..., V, 3)``."""
-    corners = vertices[..., faces, :].astype(np.float64)
+    corners: NDArray[np.float64] = vertices[..., faces, :].astype(np.float64)
     first, second, third = corners[..., 0, :], corners[..., 1, :], corners[..., 2, :]
-    columns: NDArray[np.float64] = np.stack([second - first, third - first], axis=-1)
-    return columns
+    return np.stack([second - first, third - first], axis=-1)
 
 
 def frames(columns: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -63,7 +62,7 @@ class Integrator:
     resting: NDArray[np.bool_]
 
     def __call__(self, edge_columns: NDArray[np.floating[Any]], anchors: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Displacements ``(M, V, 3)`` for edge columns ``(F, M, 3, 2)`` and anchors ``(M, V, 3)``; resting ones stay."""
+        """``(M, V, 3)`` for edge columns ``(F, M, 3, 2)`` and anchors ``(M, V, 3)``; resting vertices stay."""
         count, vertices, _ = anchors.shape
         sides = np.moveaxis(edge_columns, 3, 0).reshape(2 * len(self.faces), -1)
         held = np.moveaxis(anchors, 1, 0).reshape(vertices, -1) * self._holds[:, None]
