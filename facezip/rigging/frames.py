@@ -40,7 +40,7 @@ def inverse_frames(columns: NDArray[np.float64]) -> NDArray[np.float64]:
     flat = area <= FLAT * area.mean()
     whole = frames(columns)
     whole[flat] = np.eye(3)
-    inverse: NDArray[np.float64] = np.linalg.inv(whole)
+    inverse = np.asarray(np.linalg.inv(whole), np.float64)
     inverse[flat] = 0
     return inverse
 

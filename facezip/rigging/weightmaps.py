@@ -22,7 +22,7 @@ TRUNCATION = 0.01
 # Of the mean square of all activity: what a shape counts for where it moves nothing.
 FLOOR = 1e-4
 # Choices of damping, in units of the mean of diag(B A Bᵀ) over scans and places.
-DAMPINGS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
+DAMPINGS = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 
 
 @dataclass(frozen=True, eq=False)
