@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from facezip.meshes import write_obj
 from facezip.progress import track
+from facezip.rigging.template import Template
 from scenes.face.head import build_head
 from scenes.face.shapes import ARKIT_SHAPES, shape_deltas
 
@@ -77,10 +78,17 @@ def _bumps(points: Points, height: float, size: float, channels: int, rng: np.ra
     return Bumps(centres, field.reach, field.heights * (size / np.sqrt(np.mean(some**2))))
 
 
+def embedded_template(seed: int = 1) -> Template:
+    """The 52 ARKit shapes of the embedded character's head on another identity, one a seed."""
+    head = build_head()
+    return Template(ARKIT_SHAPES, *another_identity(head.vertices, shape_deltas(head), seed))
+
+
 def save_template(folder: Path, seed: int = 1) -> None:
     """Write the embedded character's template: ``neutral.obj`` and ``NAME.obj`` for each of the 52 ARKit shapes."""
     head = build_head()
-    neutral, deltas = another_identity(head.vertices, shape_deltas(head), seed)
+    template = embedded_template(seed)
+    neutral, deltas = template.neutral, template.deltas
     folder.mkdir(parents=True, exist_ok=True)
     write_obj(folder / "neutral.obj", neutral, head.topology)
     for name, delta in track(zip(ARKIT_SHAPES, deltas, strict=True), "Writing the template", len(deltas)):

@@ -27,6 +27,8 @@ PULL = (1.0, 0.3)
 UNITS = (0.3, 0.3)
 # A face shows few shapes at a time: those with less weight than this are left out of the first values.
 SPARSITY = 0.01
+# A scan shows a shape of which it has more than this.
+SEEN = 0.1
 # A vertex rests where nothing moves it by more than this part of the largest displacement.
 STILL = 1e-4
 
@@ -50,8 +52,8 @@ class Rig:
 
     @property
     def seen(self) -> NDArray[np.bool_]:
-        """``(M,)``: the shapes that some scan shows; the others keep the template's motion."""
-        return self.weights.max(axis=0) > 0
+        """``(M,)``: the shapes that some scan shows; the others keep, nearly, the template's motion."""
+        return self.weights.max(axis=0) > SEEN
 
 
 def fit_rig(

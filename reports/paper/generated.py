@@ -18,12 +18,14 @@ from facezip.rigging.rigged import rigged
 from facezip.rigging.template import Template
 from facezip.rigging.weightmaps import Examples
 from facezip.textures import to_float
+from reports.paper.strips import strips
 from scenes.character import Person, make_character
 from scenes.face.shapes import ARKIT_SHAPES
-from scenes.template import another_identity
+from scenes.template import embedded_template
 
 Texture = NDArray[np.float32]
 # Method, key of a document → compression and weight maps.
+PICTURES = 8
 PACKS = {"paper": ("paper", "pseudo-inverse"), "ours": ("refined", "geometry-aware")}
 
 
@@ -53,7 +55,7 @@ class Generated:
 def bench_rig(resolution: int, seed: int, template_seed: int) -> dict[str, Any]:
     """The document of ``facezip bench rig``: mean errors of every method with nuisances, and ``clean`` without."""
     person = Person.make(resolution, seed)
-    template = Template(ARKIT_SHAPES, *another_identity(person.head.vertices, person.deltas, template_seed))
+    template = embedded_template(template_seed)
     captured = generate(make_character(resolution, seed=seed), template, seed)
     rig = captured.rig
     return {
@@ -71,6 +73,36 @@ def _errors(generated: Generated, person: Person) -> dict[str, Any]:
     textures = {**generated.textures, "neutral": lambda shape: neutral}
     errors = texture_errors(replace(generated, textures=textures), lambda shape: person.texture({shape: 1.0}))
     return {**mean_errors(errors), "damping": generated.damping, "rmse_per_shape": errors}
+
+
+def figure_8(scans: Character, template: Template, seed: int, truth: Callable[[str], Texture] | None) -> dict[str, Any]:
+    """Textures of a template's shapes made in three ways, in pictures, and their errors where the truth is known.
+
+    Pictures are data URIs of the shapes that change the skin most, one of each left and right pair.
+    """
+    made = generate(scans, template, seed)
+    neutral = to_float(scans.neutral)
+    textures = {**made.textures, "neutral": lambda shape: neutral}
+    figure: dict[str, Any] = {
+        "resolution": list(scans.resolution),
+        "condition": Examples.of(made.rig.weights).condition,
+        "damping": made.damping,
+        "unseen": [shape for shape, seen in zip(made.shapes, made.rig.seen, strict=True) if not seen],
+    }
+    if truth is not None:
+        errors = texture_errors(replace(made, textures=textures), truth)
+        figure |= {"rmse": mean_errors(errors), "rmse_per_expression": errors}
+        changes = errors["neutral"]
+    else:
+        changes = {shape: _rmse(made.textures["ours"](shape), neutral, _weight(scans)) for shape in made.shapes}
+    columns = {**({"truth": truth} if truth else {}), **made.textures}
+    return figure | {"columns": list(columns), "pictures": strips(scans, columns, _telling(changes))}
+
+
+def _telling(changes: Mapping[str, float]) -> list[str]:
+    """The shapes with the largest changes, without the right one of a pair."""
+    names = [name for name in changes if not (name.endswith("Right") and f"{name[:-5]}Left" in changes)]
+    return sorted(names, key=lambda name: -changes[name])[:PICTURES]
 
 
 def generate(scans: Character, template: Template, seed: int, rig: Rig | None = None) -> Generated:
@@ -116,8 +148,7 @@ def stored(model: CompressedTextures) -> CompressedTextures:
 
 def texture_errors(generated: Generated, truth: Callable[[str], Texture]) -> dict[str, dict[str, float]]:
     """RMSE, 0..255, of every method and shape inside the mask."""
-    mask = generated.scans.mask
-    weight = np.ones(generated.scans.resolution, np.float32) if mask is None else mask
+    weight = _weight(generated.scans)
     errors: dict[str, dict[str, float]] = {name: {} for name in generated.textures}
     for shape in track(generated.shapes, "Measuring shapes", len(generated.shapes)):
         true = truth(shape)
@@ -136,6 +167,10 @@ def geometry_errors(rig: Rig, true: NDArray[np.float32]) -> dict[str, float]:
 def mean_errors(errors: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
     """The mean over shapes of every method's RMSE."""
     return {name: sum(one.values()) / len(one) for name, one in errors.items()}
+
+
+def _weight(scans: Character) -> NDArray[np.float32]:
+    return np.ones(scans.resolution, np.float32) if scans.mask is None else scans.mask
 
 
 def _rmse(texture: Texture, true: Texture, weight: NDArray[np.float32]) -> float:
