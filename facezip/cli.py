@@ -13,6 +13,7 @@ VERBS = {
     "compress": "A character in, a pack out.",
     "validate": "Render a character against packs of it, and report the difference.",
     "decompress": "Textures out of a pack, of expressions or of a blend.",
+    "rig": "Scans and a template in, the person's own shapes and a pack that blends them out.",
     "view": "The head on the screen: sliders, poses, maps, costs; in the browser.",
     "export": "A pack in the form that an engine or a browser takes.",
     "info": "What a pack holds and what it costs.",
