@@ -97,6 +97,7 @@ def render_alone(
     settings: Settings,
 ) -> NDArray[np.float32]:
     """One image ``(H, W, 4)``, linear, by a scene of its own and Mitsuba's path integrator: the obvious way."""
+    start()
     import mitsuba as mi
 
     colour = texture if texture.shape[2] == 3 else np.repeat(texture[:, :, :1], 3, axis=2)
