@@ -10,6 +10,9 @@ from facezip.errors import ErrorCode, FaceZipError
 from facezip.fragments import texel_scale
 from facezip.textures import Texels
 
+# Off the mask, where ears and necks are, weights have to come from somewhere: that little costs the face nothing.
+BESIDE_THE_FACE = 0.03
+
 
 @dataclass(frozen=True, eq=False)
 class Samples:
@@ -30,20 +33,21 @@ class Samples:
 
 
 def samples_of(character: Character, importance: NDArray[np.float32] | None = None) -> Samples:
-    """All texels of a character, weighted by its mask times ``importance`` ``(H, W)`` ≥ 0.
+    """All texels, weighted by the mask (at least ``BESIDE_THE_FACE``) times ``importance`` ``(H, W)`` ≥ 0.
 
     Raises
     ------
     FaceZipError
         ``SIZE_MISMATCH``: the importance has another size. ``BAD_TEXELS``: it is negative, not finite, or 0 everywhere.
     """
-    weight = np.ones(character.resolution, np.float32) if character.mask is None else character.mask
+    mask = np.ones(character.resolution, np.float32) if character.mask is None else character.mask
+    weight = np.maximum(mask, np.float32(BESIDE_THE_FACE))
     if importance is not None:
         if importance.shape != weight.shape:
             sizes = [f"{size[1]}x{size[0]}" for size in (importance.shape, weight.shape)]
             raise FaceZipError(ErrorCode.SIZE_MISMATCH, f"importance of {sizes[0]}, textures of {sizes[1]}; resize it")
         weight = weight * importance
-        if not (np.isfinite(weight).all() and weight.min() >= 0 and weight.max() > 0):
+        if not (np.isfinite(weight).all() and weight.min() >= 0 and (mask * importance).max() > 0):
             reason = "must be finite, not negative, and not 0 on the whole face"
             raise FaceZipError(ErrorCode.BAD_TEXELS, f"importance: values {reason}")
     # Kernels read rows as they lie.

@@ -61,13 +61,25 @@ def test_storage_costs_little():
     assert error(character, stored(refine(character, 3, 8))) < 1.02 * error(character, unrounded)
 
 
-def test_texels_that_the_mask_hides_do_not_change_the_weights(character):
-    mask = np.ones(character.resolution, np.float32)
-    mask[:, 16:] = 0
+def test_texels_of_no_importance_do_not_change_the_weights(character):
+    importance = np.ones(character.resolution, np.float32)
+    importance[:, 16:] = 0
     other = character.textures.copy()
     other[:, :, 16:] = 77
-    first, again = (refine(replace(character, textures=t, mask=mask), 2, 8) for t in (character.textures, other))
+    first, again = (refine(replace(character, textures=t), 2, 8, importance) for t in (character.textures, other))
     np.testing.assert_array_equal(first.weights, again.weights)
+
+
+def test_what_the_mask_hides_is_fitted_too_and_costs_the_face_little():
+    """Ears and necks are seen in renders, though errors are judged on the face."""
+    character = random_character(side=64, expressions=9)
+    face = np.zeros(character.resolution, np.float32)
+    face[:, :32] = 1
+    blind = refine(character, 3, 8, face)
+    seeing = refine(replace(character, mask=face), 3, 8)
+    inside, outside = (replace(character, mask=mask) for mask in (face, 1 - face))
+    assert error(outside, seeing) < 0.8 * error(outside, blind)
+    assert error(inside, seeing) < 1.05 * error(inside, blind)
 
 
 def test_importance_moves_the_error_to_where_it_counts_less():
