@@ -38,6 +38,27 @@ class Images:
     coverage: NDArray[np.float32]
 
 
+@dataclass(frozen=True, eq=False)
+class Paths:
+    """A camera ray and a light sample each, ``count`` to a pixel, pixel after pixel, as Dr.Jit arrays.
+
+    Attributes
+    ----------
+    window : the pixels.
+    count : samples of a pixel.
+    head : whether a sample sees the head; what follows holds where it does.
+    uv : where in the texture, row 0 at v = 0.
+    diffuse, specular : its radiance is albedo · diffuse + specular.
+    """
+
+    window: Window
+    count: int
+    head: Any
+    uv: Any
+    diffuse: Any
+    specular: Any
+
+
 class PairedRenderer:
     """Renders poses of one character, each with any number of textures, under direct light.
 
@@ -75,7 +96,23 @@ class PairedRenderer:
 
         The same seed gives the same bits, whatever K, the other textures, and the number of threads.
         """
+        return self.shade(self.trace(view, rig, spp, seed), maps)
+
+    def shade(self, paths: Paths, maps: Sequence[Any]) -> Images:
+        """Images of what :meth:`trace` gave, with each of K textures that :func:`upload` gave."""
         import drjit as dr
+        import mitsuba as mi
+
+        colours = [mi.Color3f(texture.eval(paths.uv, paths.head)) for texture in maps]
+        radiance = [dr.select(paths.head, colour * paths.diffuse + paths.specular, 0) for colour in colours]
+        covered = dr.select(paths.head, 1.0, 0.0)
+        # Summed in fixed order; the samples have to be in memory before, or each sum traces them again.
+        dr.eval(radiance, covered)
+        means = [[self._mean(channel, paths) for channel in colour] for colour in radiance]
+        return Images(np.moveaxis(np.array(means), 1, 3), self._mean(covered, paths))
+
+    def trace(self, view: View, rig: str, spp: int, seed: int) -> Paths:
+        """The light paths that :meth:`render` takes with the same arguments; traced when they are first used."""
         import mitsuba as mi
 
         window = pixel_bounds(view, self._frame, self._resolution, self._vertices)
@@ -83,34 +120,8 @@ class PairedRenderer:
         count = sampler.sample_count()
         sampler.set_samples_per_wavefront(count)
         sampler.seed(seed, window[2] * window[3] * count)
-        radiance, covered = self._shade(rig, self._camera(view), sampler, window, maps)
-        # Summed in fixed order; the samples have to be in memory before, or each sum traces them again.
-        dr.eval(radiance, covered)
-        means = [[self._mean(channel, count, window) for channel in colour] for colour in radiance]
-        return Images(np.moveaxis(np.array(means), 1, 3), self._mean(covered, count, window))
-
-    def _mean(self, samples: Any, count: int, window: Window) -> NDArray[np.float32]:
-        import drjit as dr
-
-        left, top, width, height = window
-        image = np.zeros((self._resolution, self._resolution), np.float32)
-        image[top : top + height, left : left + width] = np.array(dr.block_sum(samples, count)).reshape(height, width)
-        return image / np.float32(count)
-
-    def _camera(self, view: View) -> Any:
-        import mitsuba as mi
-
-        if view not in self._cameras:
-            self._cameras[view] = mi.load_dict(camera(view, self._frame, self._resolution))
-        return self._cameras[view]
-
-    def _shade(self, rig: str, sensor: Any, sampler: Any, window: Window, maps: Sequence[Any]) -> tuple[list[Any], Any]:
-        """Radiance of every sample with every texture, and whether the sample sees the head."""
-        import drjit as dr
-        import mitsuba as mi
-
-        ray = self._primary_rays(sensor, sampler, window)
         scene = self._scenes[rig]
+        ray = self._primary_rays(self._camera(view), sampler, window)
         surface = scene.ray_intersect(ray, int(mi.RayFlags.All), True)
         head = surface.is_valid() & (surface.shape == mi.ShapePtr(self._heads[rig].shape))
         light, arriving = _sample_light(scene, surface, sampler.next_2d(head), head)
@@ -118,9 +129,23 @@ class PairedRenderer:
         context = mi.BSDFContext()
         specular = self._black.eval(context, surface, outgoing, head)
         diffuse = self._white.eval(context, surface, outgoing, head) - specular
-        specular, diffuse = specular * arriving, diffuse * arriving
-        colours = [mi.Color3f(texture.eval(surface.uv, head)) for texture in maps]
-        return [dr.select(head, colour * diffuse + specular, 0) for colour in colours], dr.select(head, 1.0, 0.0)
+        return Paths(window, count, head, surface.uv, diffuse * arriving, specular * arriving)
+
+    def _mean(self, samples: Any, paths: Paths) -> NDArray[np.float32]:
+        import drjit as dr
+
+        left, top, width, height = paths.window
+        image = np.zeros((self._resolution, self._resolution), np.float32)
+        sums = np.array(dr.block_sum(samples, paths.count)).reshape(height, width)
+        image[top : top + height, left : left + width] = sums
+        return image / np.float32(paths.count)
+
+    def _camera(self, view: View) -> Any:
+        import mitsuba as mi
+
+        if view not in self._cameras:
+            self._cameras[view] = mi.load_dict(camera(view, self._frame, self._resolution))
+        return self._cameras[view]
 
     def _primary_rays(self, sensor: Any, sampler: Any, window: Window) -> Any:
         import drjit as dr
