@@ -1,8 +1,8 @@
 """The renderer as a sparse matrix: image = A · texture + specular, both linear, for one pose, view and light.
 
-With direct light an image is affine in the albedo, so all that a camera and a light do to a texture is in one matrix of
-pixels x texels and one image. Built from the light paths of the paired renderer, it gives the same image to rounding, in
-milliseconds for every further texture; and transposed it says which texels an image is made of.
+With direct light an image is affine in the albedo, so all that a camera and a light do to a texture is in one matrix
+of pixels x texels and one image. Built from the light paths of the paired renderer, it gives the same image to
+rounding, in milliseconds for every further texture; and transposed it says which texels an image is made of.
 """
 
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ class ImageOperator:
     texture_size: tuple[int, int]
 
     def image(self, texture: NDArray[np.float32]) -> NDArray[np.float32]:
-        """A · texture + specular: radiance ``(H, W, 3)`` of a linear texture ``(h, w, 3)``, as the renderer shades it."""
+        """A · texture + specular: the renderer's radiance ``(H, W, 3)`` of a linear texture ``(h, w, 3)``."""
         return self.apply(texture) + self.specular
 
     def apply(self, texture: NDArray[np.float32]) -> NDArray[np.float32]:
