@@ -11,6 +11,7 @@ from facezip.progress import show_progress
 VERBS = {
     "demo": "The main job on the embedded character: compress, render, report.",
     "compress": "A character in, a pack out.",
+    "importance": "Which texels the cameras look at, as a weight of the fit.",
     "validate": "Render a character against packs of it, and report the difference.",
     "decompress": "Textures out of a pack, of expressions or of a blend.",
     "rig": "Scans and a template in, the person's own shapes and a pack that blends them out.",

@@ -89,6 +89,39 @@ def write_texture(path: Path, texels: Texels, compression: int = 3) -> None:
     if texels.dtype.kind == "f":
         is_exr = path.suffix.lower() == ".exr"
         texels = decode_srgb(texels) if is_exr else np.rint(np.clip(texels, 0, 1) * 255).astype(np.uint8)  # type: ignore[arg-type]
+    _encode_file(path, texels, compression)
+
+
+def read_values(path: Path) -> NDArray[np.float32]:
+    """The first channel ``(H, W)`` of an image that holds no colour: floats as stored, integers over their maximum.
+
+    Raises
+    ------
+    FaceZipError
+        ``MISSING_FILE``, ``UNREADABLE_IMAGE``, or ``BAD_TEXELS`` for values that are negative or not finite.
+    """
+    if not path.is_file():
+        raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such image; check its name")
+    stored = _decode(path)[:, :, 0]
+    maximum = np.float32(1) if stored.dtype.kind == "f" else np.float32(np.iinfo(stored.dtype).max)
+    values: NDArray[np.float32] = stored.astype(np.float32) / maximum
+    if not np.isfinite(values).all() or values.min() < 0:
+        raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: negative or not finite values; paint or export them again")
+    return values
+
+
+def write_values(path: Path, values: NDArray[np.float32]) -> None:
+    """Write ``(H, W)`` floats that are no colour as a single-channel OpenEXR file, as they are.
+
+    Raises
+    ------
+    FaceZipError
+        ``CANNOT_WRITE``, naming the file and the reason.
+    """
+    _encode_file(path, values[:, :, None], 0)
+
+
+def _encode_file(path: Path, texels: Texels, compression: int) -> None:
     height, width, channels = texels.shape
     spec = oiio.ImageSpec(width, height, channels, str(texels.dtype).replace("float32", "float"))
     spec.attribute("oiio:UnassociatedAlpha", 1)

@@ -42,6 +42,27 @@ class Images:
     coverage: NDArray[np.float32]
 
 
+@dataclass(frozen=True, eq=False)
+class Paths:
+    """A camera ray and a light sample each, ``count`` to a pixel, pixel after pixel, as Dr.Jit arrays.
+
+    Attributes
+    ----------
+    window : the pixels.
+    count : samples of a pixel.
+    head : whether a sample sees the head; what follows holds where it does.
+    uv : where in the texture, row 0 at v = 0.
+    diffuse, specular : its radiance is albedo · diffuse + specular.
+    """
+
+    window: Window
+    count: int
+    head: Any
+    uv: Any
+    diffuse: Any
+    specular: Any
+
+
 class PairedRenderer:
     """Renders poses of one character, each with any number of textures, in one scene whose mesh moves.
 
@@ -89,18 +110,34 @@ class PairedRenderer:
         The same seed gives the same bits, whatever K, the other textures, and the number of threads.
         """
         import drjit as dr
-        import mitsuba as mi
 
-        window = pixel_bounds(view, self._frame, self._resolution, self._vertices)
-        sampler = mi.load_dict({"type": "multijitter", "sample_count": spp})
+        window, sampler = self._sampler(view, spp, seed)
         count = sampler.sample_count()
-        sampler.set_samples_per_wavefront(count)
-        sampler.seed(seed, window[2] * window[3] * count)
         radiance, covered = self._shade(rig, self._camera(view), sampler, window, maps)
         # Summed in fixed order; the samples have to be in memory before, or each sum traces them again.
         dr.eval(radiance, covered)
         means = [[self._mean(channel, count, window) for channel in colour] for colour in radiance]
         return Images(np.moveaxis(np.array(means), 1, 3), self._mean(covered, count, window))
+
+    def trace(self, view: View, rig: str, spp: int, seed: int) -> Paths:
+        """The direct light that :meth:`render` sees with the same arguments, before it meets a texture.
+
+        Raises
+        ------
+        ValueError
+            For a renderer of full light transport, whose images are no affine function of the texture.
+        """
+        import mitsuba as mi
+
+        if self._points != 1:
+            raise ValueError("only direct light is affine in the texture")
+        window, sampler = self._sampler(view, spp, seed)
+        ray = self._rays(self._camera(view), sampler.next_2d(), window, sampler.sample_count())
+        surface = self._scene.ray_intersect(ray, int(mi.RayFlags.All), True)
+        head = surface.is_valid()
+        direction, arriving = self._lights[rig].sample(self._scene, surface, sampler.next_2d(head), head)
+        reflected = self._reflected(surface, surface.to_local(direction), arriving, head)
+        return Paths(window, sampler.sample_count(), head, surface.uv, *reflected)
 
     def triangles(self, view: View) -> NDArray[np.int32]:
         """The triangle ``(H, W)`` under the centre of each pixel of the posed head, -1 beside it."""
@@ -111,6 +148,16 @@ class PairedRenderer:
         hit = self._scene.ray_intersect_preliminary(ray, True)
         seen: NDArray[np.int32] = np.where(hit.is_valid(), hit.prim_index, -1).astype(np.int32).reshape(side, side)
         return seen
+
+    def _sampler(self, view: View, spp: int, seed: int) -> tuple[Window, Any]:
+        """The pixels that see the head, and random numbers for each of their samples."""
+        import mitsuba as mi
+
+        window = pixel_bounds(view, self._frame, self._resolution, self._vertices)
+        sampler = mi.load_dict({"type": "multijitter", "sample_count": spp})
+        sampler.set_samples_per_wavefront(sampler.sample_count())
+        sampler.seed(seed, window[2] * window[3] * sampler.sample_count())
+        return window, sampler
 
     def _mean(self, samples: Any, count: int, window: Window) -> NDArray[np.float32]:
         import drjit as dr

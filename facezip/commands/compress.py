@@ -18,7 +18,7 @@ from facezip.measure import mean_rmse, model_errors
 from facezip.methods import METHODS, compress
 from facezip.model import CompressedTextures
 from facezip.pack import read_pack, write_pack
-from facezip.textures import read_texture, to_float
+from facezip.textures import read_values
 
 
 @click.command("compress")
@@ -59,7 +59,7 @@ def command(
     _check_together(context, choosing, settings["method"], importance)
     start = perf_counter()
     scans = load_character(character)
-    weights = None if importance is None else to_float(read_texture(importance))[:, :, 0]
+    weights = None if importance is None else read_values(importance)
     choice = None
     if choosing:
         budget = None if budget_mb is None else budget_mb * 1e6

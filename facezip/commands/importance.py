@@ -1,0 +1,102 @@
+"""``facezip importance``: which texels the cameras look at, as a weight of the fit, and what that gains."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+from facezip.character import load_character
+from facezip.commands import options
+from facezip.textures import write_values
+from facezip.writing import whole_folder
+from scenes.cameras import VIEWS
+from scenes.lights import RIGS
+
+REPORT_FILE, IMPORTANCE_FILE = "importance.json", "importance.exr"
+
+
+@click.command("importance")
+@click.argument("character", type=options.FOLDER)
+@click.option("-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder to write.")
+@click.option(
+    "--views", type=click.IntRange(1, len(VIEWS)), default=2, show_default=True, metavar="N",
+    help="How many of the camera views it is made for; the others are held out.",
+)  # fmt: skip
+@click.option(
+    "--lights", type=click.IntRange(1, len(RIGS)), default=2, show_default=True, metavar="N",
+    help="How many of the light rigs.",
+)  # fmt: skip
+@click.option("--material", type=click.Choice(["skin", "diffuse"]), default="skin", show_default=True)
+@click.option(
+    "--resolution", type=click.IntRange(16, 8192), default=512, show_default=True, metavar="PIXELS",
+    help="Side of the images.",
+)  # fmt: skip
+@click.option(
+    "--spp", type=click.IntRange(1, 4096), default=16, show_default=True, metavar="N", help="Samples per pixel."
+)
+@click.option(
+    "--floor", type=click.FloatRange(0, 1), default=0.3, show_default=True, metavar="X",
+    help="What an unseen texel counts, of the mean.",
+)  # fmt: skip
+@click.option("--differences", default=4, show_default=True, metavar="R", help="Of the fits that show the effect.")
+@click.option("--weight-scale", default=8, show_default=True, metavar="S", help="Of the fits that show the effect.")
+@click.option("--seed", type=click.IntRange(0, 2**30), default=0, show_default=True, metavar="S")
+@options.overwrite
+@options.as_json
+def command(
+    character: Path,
+    output: Path,
+    views: int,
+    lights: int,
+    material: str,
+    resolution: int,
+    spp: int,
+    floor: float,
+    differences: int,
+    weight_scale: int,
+    seed: int,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
+    """Measure how much every texel of CHARACTER counts in the images of some views: DIR/importance.exr.
+
+    `facezip compress --importance DIR/importance.exr` fits with it. DIR/index.html shows it on the head and in UV, and
+    the image error of a uniform fit beside a fit with it, at equal bytes, for its own views and for those held out.
+    """
+    from render.importance import Sight
+    from reports.importance.experiment import looks_of, measure_importance
+    from reports.importance.report import write_importance_report
+
+    with whole_folder(output, overwrite, lambda folder: (folder / REPORT_FILE).is_file()) as folder:
+        scans = load_character(character)
+        made_for, held_out = looks_of(views, lights)
+        sight = Sight(made_for, resolution, spp, seed, material)
+        fit = {"differences": differences, "weight_scale": weight_scale}
+        document, importance = measure_importance(scans, sight, held_out, fit, floor)
+        document["command"] = (
+            f"facezip importance {character} -o {output} --views {views} --lights {lights} --material {material} "
+            f"--resolution {resolution} --spp {spp} --floor {floor:g} --differences {differences} "
+            f"--weight-scale {weight_scale} --seed {seed}"
+        )
+        write_values(folder / IMPORTANCE_FILE, importance)
+        write_importance_report(document, scans, importance, sight, folder)
+    answer = {**document, "output": str(output), "importance_file": str(output / IMPORTANCE_FILE)}
+    answer |= {"report": str(output / "index.html")}
+    options.answer(answer, as_json, lambda: _lines(answer))
+
+
+def _lines(answer: Mapping[str, Any]) -> list[str]:
+    change, facts = answer["change"], answer["importance"]
+    lines = [
+        f"{answer['importance_file']}: {facts['seen_share']:.0%} of the face region seen, floor {facts['floor']:g}, "
+        f"{answer['seconds']['total']:.0f} s"
+    ]
+    for name, words in (("made_for", "its own views"), ("held_out", "held-out views")):
+        if change[name]:
+            pair = change[name]
+            lines.append(
+                f"  image RMSE, {words}: {pair['importance']:.3f} instead of {pair['uniform']:.3f} of 255 "
+                f"({pair['change']:+.1%}), worst look {change[f'worst_{name}']:+.1%}"
+            )
+    return [*lines, f"  open {answer['report']}"]

@@ -1,0 +1,38 @@
+"""Image errors of several sets of textures under the same looks, on the same light paths."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.character import Character
+from facezip.progress import task
+from render.importance import Sight
+from render.metrics import display, image_rmse
+from render.paired import upload
+
+Textures = Callable[[str], NDArray[np.float32]]
+
+
+def image_errors(character: Character, candidates: Sequence[Textures], sight: Sight) -> NDArray[np.float64]:
+    """Image RMSE of K candidates against the character: ``(K, expressions, looks)``, 0..255, over head pixels.
+
+    Parameters
+    ----------
+    character : the original.
+    candidates : each gives an encoded texture ``(H, W, C)`` for an expression's name.
+    sight : the looks, and how they are rendered.
+    """
+    shape = len(candidates), len(character.expressions), len(sight.looks)
+    errors = np.zeros(shape)
+    renderer = sight.renderer(character)
+    with task("Rendering", shape[1] * shape[2]) as advance:
+        for n, name in enumerate(character.expressions):
+            renderer.pose(character.mesh_vertices(name))
+            maps = [upload(texture(name)) for texture in (character.texture, *candidates)]
+            for i, (view, rig) in enumerate(sight.looks):
+                images = renderer.render(maps, view, rig, sight.spp, sight.seed)
+                original, *others = display(images.linear[:, images.coverage >= 0.5])
+                errors[:, n, i] = [image_rmse(original, other) for other in others]
+                advance()
+    return errors

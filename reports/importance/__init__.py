@@ -1,0 +1,1 @@
+"""What the importance of texels looks like, and what a fit gains from it."""

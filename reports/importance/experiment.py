@@ -1,0 +1,155 @@
+"""Importance of a character's texels for some views, and a fit with it beside a uniform one at equal bytes."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.character import Character
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.measure import mean_rmse, model_errors
+from facezip.methods import Settings, compress
+from facezip.model import CompressedTextures
+from render.effect import image_errors
+from render.importance import Look, Sight, regularised, seen_importance
+from render.llvm import start
+from scenes.cameras import VIEWS
+from scenes.lights import RIGS
+
+FORMAT = "facezip-importance/1"
+FITS = ("uniform", "importance")
+# The images that judge take other random numbers than those that the importance was made from.
+JUDGING_SEED = 2**20
+
+
+def looks_of(views: int, lights: int) -> tuple[tuple[Look, ...], tuple[Look, ...]]:
+    """The looks of the first ``views`` views under the first ``lights`` rigs, and those of all other views."""
+    rigs = list(RIGS)[:lights]
+    return tuple(product(VIEWS[:views], rigs)), tuple(product(VIEWS[views:], rigs))
+
+
+def measure_importance(
+    character: Character, sight: Sight, held_out: Sequence[Look], fit: dict[str, Any], floor: float
+) -> tuple[dict[str, Any], NDArray[np.float32]]:
+    """Make the importance for ``sight``, fit with and without it, and judge both by images.
+
+    Parameters
+    ----------
+    character : at least two expressions.
+    sight : the looks that the importance is made for.
+    held_out : looks that it knows nothing of.
+    fit : settings of the refined fit, ``differences`` and ``weight_scale``, the same for both.
+    floor : of :func:`render.importance.regularised`.
+
+    Returns
+    -------
+    document : plain data (``facezip-importance/1``): ``character``, ``conditions``, ``importance``, ``fits``,
+        ``looks``, ``change`` and ``seconds``.
+    importance : ``(H, W)`` float32 ≥ 0, what ``facezip compress --importance`` takes.
+
+    Raises
+    ------
+    FaceZipError
+        ``BAD_VALUE``: no camera sees the face region, or a setting of the fit is outside its range.
+    """
+    Settings(**fit).check()
+    begin = perf_counter()
+    versions = start()
+    seen = seen_importance(character, sight)
+    inside = np.ones(seen.shape, np.float32) if character.mask is None else character.mask
+    if not (seen * inside).any():
+        reason = "no camera sees a texel of the face region; check mask, UVs and that the face looks to +z"
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"{character.name}: {reason}")
+    importance = regularised(seen, character.mask, floor)
+    made = perf_counter()
+    models = [compress(character, **fit), compress(character, **fit, importance=importance)]
+    fitted = perf_counter()
+    every = replace(sight, looks=(*sight.looks, *held_out), seed=sight.seed + JUDGING_SEED)
+    errors = image_errors(character, [model.reconstruct for model in models], every)
+    looks = _looks(every.looks, errors, len(sight.looks))
+    document = {
+        "format": FORMAT,
+        "character": character.facts,
+        "conditions": _conditions(character, sight, held_out, fit, versions),
+        "importance": _facts(seen, importance, inside, floor),
+        "fits": [_fit(*each) for each in zip(FITS, models, [character] * 2, strict=True)],
+        "looks": looks,
+        "change": _change(looks),
+        "seconds": {
+            "importance": round(made - begin, 1),
+            "fits": round(fitted - made, 1),
+            "total": round(perf_counter() - begin, 1),
+        },
+    }
+    return document, importance
+
+
+def _facts(
+    seen: NDArray[np.float32], importance: NDArray[np.float32], inside: NDArray[np.float32], floor: float
+) -> dict[str, Any]:
+    return {
+        "floor": floor,
+        "seen_share": float(((seen > 0) * inside).sum() / inside.sum()),
+        "largest": float(importance.max()),
+        "p99": float(np.percentile(importance[inside > 0], 99)),
+    }
+
+
+def _fit(name: str, model: CompressedTextures, character: Character) -> dict[str, Any]:
+    cost = model.footprint
+    return {
+        "name": name,
+        "texture_rmse": mean_rmse(model_errors(character, model)),
+        "bytes_on_gpu": cost.bytes_on_gpu,
+        "fetches": cost.fetches,
+    }
+
+
+def _looks(looks: Sequence[Look], errors: NDArray[np.float64], made_for: int) -> list[dict[str, Any]]:
+    """Root mean square over expressions of the image errors of both fits, look by look."""
+    pooled = np.sqrt(np.square(errors).mean(axis=1))
+    return [
+        {"view": view.name, "light": rig, "held_out": i >= made_for, **_pair(*pooled[:, i].tolist())}
+        for i, (view, rig) in enumerate(looks)
+    ]
+
+
+def _change(looks: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Image errors of both fits, pooled over the looks they were made for and over the held-out ones."""
+    change: dict[str, Any] = {}
+    for name, held_out in (("made_for", False), ("held_out", True)):
+        some = [look for look in looks if look["held_out"] == held_out]
+        pooled = [float(np.sqrt(np.mean([look[fit] ** 2 for look in some]))) for fit in FITS] if some else None
+        change[name] = _pair(*pooled) if pooled else None
+        change[f"worst_{name}"] = max((look["change"] for look in some), default=None)
+    return change
+
+
+def _pair(uniform: float, importance: float) -> dict[str, float]:
+    return {"uniform": uniform, "importance": importance, "change": importance / uniform - 1 if uniform else 0.0}
+
+
+def _conditions(
+    character: Character, sight: Sight, held_out: Sequence[Look], fit: dict[str, Any], versions: dict[str, str]
+) -> dict[str, Any]:
+    return {
+        **versions,
+        "spp": sight.spp,
+        "sampler": "multijitter",
+        "seed": sight.seed,
+        "judging_seed": sight.seed + JUDGING_SEED,
+        "light_transport": "direct",
+        "skin": sight.material,
+        "resolution": sight.resolution,
+        "views": list(dict.fromkeys(view.name for view, _ in sight.looks)),
+        "held_out_views": list(dict.fromkeys(view.name for view, _ in held_out)),
+        "lights": list(dict.fromkeys(rig for _, rig in sight.looks)),
+        "expressions": "all, without the neutral, which a pack holds exactly",
+        "errors": "image RMSE 0..255, encoded sRGB, over head pixels; root mean square over expressions",
+        "texture_region": "whole texture" if character.mask is None else "the character's mask",
+        **fit,
+    }

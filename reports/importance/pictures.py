@@ -1,0 +1,80 @@
+"""The importance as colours: on the rendered head from every view that it was made for, and in UV."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.character import NEUTRAL, Character
+from facezip.textures import decode_srgb
+from render.importance import Sight, rgb
+from render.operator import ImageOperator
+from reports.figures import nice_ticks
+from reports.images import BACKDROP, ColourScale, Crop, data_uri, display, to_bytes
+
+QUALITY = 90
+# More texels than a page shows.
+LARGEST = 1024
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A picture as a data URI, its caption, what it says to those who do not see it, and its width over its height."""
+
+    source: str
+    caption: str
+    note: str
+    alternative: str
+    aspect: float
+
+
+def scale_of(importance: Mapping[str, Any]) -> ColourScale:
+    """One scale for the page: from 0 to a round number at or above the 99th percentile; brighter is all above."""
+    return ColourScale(nice_ticks(importance["p99"])[-1])
+
+
+def head_panels(
+    character: Character, importance: NDArray[np.float32], sight: Sight, scale: ColourScale
+) -> list[tuple[Panel, Panel]]:
+    """The neutral head and its importance, from each view under the first light of ``sight``."""
+    rigs = dict(reversed(sight.looks))
+    first = replace(sight, looks=tuple((view, rigs[view]) for view in reversed(rigs)))
+    neutral = decode_srgb(rgb(character.texture(NEUTRAL)))
+    operators = first.operators(character, first.renderer(character), NEUTRAL)
+    panels = []
+    for (view, rig), operator in zip(first.looks, operators, strict=True):
+        crop, name = Crop.around([operator.coverage]), view.name.replace("_", " ")
+        render = np.concatenate([operator.image(neutral), operator.coverage[:, :, None]], axis=2)
+        heat = scale.colours(_on_head(operator, importance))
+        heat[operator.coverage < 0.5] = BACKDROP
+        pictures = to_bytes(display(render)), heat
+        notes = (f"{rig} light", f"rendered neutral head, {name}"), ("", f"importance on the head, {name}")
+        width, height = crop.size
+        made = [
+            Panel(data_uri(np.ascontiguousarray(crop.of(picture)), QUALITY), name, note, words, width / height)  # type: ignore[arg-type]
+            for picture, (note, words) in zip(pictures, notes, strict=True)
+        ]
+        panels.append((made[0], made[1]))
+    return panels
+
+
+def uv_panel(character: Character, importance: NDArray[np.float32], scale: ColourScale) -> Panel:
+    """The importance in UV, on the backdrop where the mask leaves texels out."""
+    step = -(-max(importance.shape) // LARGEST)
+    shown = importance[::step, ::step]
+    colours = scale.colours(shown)
+    if character.mask is not None:
+        colours[character.mask[::step, ::step] == 0] = BACKDROP
+    height, width = shown.shape
+    return Panel(data_uri(colours, QUALITY), "UV", "face region", "importance of every texel in UV", width / height)
+
+
+def _on_head(operator: ImageOperator, importance: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The mean importance of the texels that a pixel sees, each by its share in the pixel: ``(H, W)``."""
+    texels = np.repeat(importance[:, :, None], 3, axis=2)
+    seen = operator.apply(np.ones_like(texels)).sum(axis=2)
+    total = operator.apply(texels).sum(axis=2)
+    mean: NDArray[np.float32] = np.divide(total, seen, out=np.zeros_like(total), where=seen > 0)
+    return mean

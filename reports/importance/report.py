@@ -1,0 +1,135 @@
+"""The report of ``facezip importance``: findings, heat maps, and the effect look by look."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.character import Character
+from facezip.writing import write_whole
+from render.importance import Sight
+from reports.conditions import condition_rows
+from reports.figures import Series, lying_bars, upright_bars
+from reports.importance.pictures import head_panels, scale_of, uv_panel
+from reports.metrics import megabytes, number
+from reports.page import write_page
+from reports.tables import Cell, Row, Table
+from reports.validation import strict
+
+PAGE, DATA = "index.html", "importance.json"
+TONES = {"uniform": "rival-2", "importance": "pack-0"}
+
+
+def write_importance_report(
+    document: Mapping[str, Any], character: Character, importance: NDArray[np.float32], sight: Sight, folder: Path
+) -> Path:
+    """Write ``importance.json`` and the page ``index.html`` that shows the same numbers; returns the page's path.
+
+    Parameters
+    ----------
+    document : what :func:`reports.importance.experiment.measure_importance` returned; optional ``command``.
+    character, importance, sight : what the heat maps show, and from where.
+    folder : where both files go, each whole or not at all.
+
+    Raises
+    ------
+    FaceZipError
+        ``CANNOT_WRITE`` for the output.
+    """
+    data = strict({**document, "findings": find(document)})
+    write_whole(folder / DATA, json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False).encode())
+    scale = scale_of(document["importance"])
+    return write_page(
+        folder / PAGE,
+        "importance.html",
+        document=data,
+        data_name=DATA,
+        title=f"{character.name} – importance of texels, by FaceZip",
+        scale=scale,
+        heads=head_panels(character, importance, sight, scale),
+        uv=uv_panel(character, importance, scale),
+        series=(bars := error_series(data["looks"])),
+        wide=upright_bars(list(bars[0].values), bars),
+        narrow=lying_bars(list(bars[0].values), bars),
+        looks=looks_table(data["looks"]),
+        fits=fits_table(data),
+        conditions=condition_rows(data),
+    )
+
+
+def find(document: Mapping[str, Any]) -> list[dict[str, str]]:
+    """What the numbers say: ``title`` and ``here`` of every finding."""
+    change, facts = document["change"], document["importance"]
+    found = [
+        {
+            "title": "Seen",
+            "here": f"The cameras see {facts['seen_share']:.0%} of the face region in one expression or more; "
+            f"every other texel counts {facts['floor']:g} of the mean.",
+        },
+        {"title": "The views it was made for", "here": _sentence(change["made_for"], change["worst_made_for"])},
+    ]
+    if change["held_out"]:
+        found.append(
+            {"title": "Views that it knows nothing of", "here": _sentence(change["held_out"], change["worst_held_out"])}
+        )
+    return found
+
+
+def _sentence(pair: Mapping[str, float], worst: float) -> str:
+    return (
+        f"Image RMSE {number(pair['importance'], 3)} of 255 with the importance, {number(pair['uniform'], 3)} without, "
+        f"at equal bytes: {_percent(pair['change'])}; {_percent(worst)} in the worst look."
+    )
+
+
+def error_series(looks: list[dict[str, Any]]) -> list[Series]:
+    """Image RMSE of every look, a bar for each fit."""
+    names = [_name(look) for look in looks]
+    return [
+        Series(fit, dict(zip(names, errors, strict=True)), number(float(np.mean(errors)), 3), tone)
+        for fit, tone in TONES.items()
+        for errors in ([look[fit] for look in looks],)
+    ]
+
+
+def looks_table(looks: list[dict[str, Any]]) -> Table:
+    """The same as numbers, with the change."""
+    rows = [
+        Row(
+            _name(look),
+            (
+                Cell(number(look["uniform"], 3)),
+                Cell(number(look["importance"], 3), best=look["change"] < 0),
+                Cell(_percent(look["change"])),
+            ),
+            note="held out" if look["held_out"] else "made for",
+        )
+        for look in looks
+    ]
+    caption = "Image RMSE of 255 over head pixels, root mean square over expressions; a negative change is a gain."
+    return Table(caption, "Look", ("Uniform", "With importance", "Change"), tuple(rows))
+
+
+def fits_table(document: Mapping[str, Any]) -> Table:
+    """What both fits cost, and their texture error: it rises where nobody looks."""
+    rows = [
+        Row(
+            fit["name"],
+            (Cell(megabytes(fit["bytes_on_gpu"])), Cell(str(fit["fetches"])), Cell(number(fit["texture_rmse"], 3))),
+        )
+        for fit in document["fits"]
+    ]
+    columns = ("GPU memory, MB", "Fetches a pixel", "Texture RMSE of 255")
+    return Table("The two fits: the same format and bytes.", "Fit", columns, tuple(rows))
+
+
+def _name(look: Mapping[str, Any]) -> str:
+    view = look["view"].replace("three_quarter", "¾").replace("_", " ")
+    return f"{view} · {look['light']}"
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:+.1f} %".replace("-", "−")

@@ -1,0 +1,84 @@
+"""``facezip importance`` as its users call it."""
+
+import json
+
+import numpy as np
+import pytest
+
+from facezip import load_character, save_character
+from facezip.errors import ExitCode
+from facezip.textures import read_values, write_texture, write_values
+from scenes.character import make_character
+from tests.test_cli import run
+
+QUICK = ("--views", 2, "--lights", 1, "--resolution", 32, "--spp", 2)
+
+
+@pytest.fixture(scope="module")
+def scans(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("scans") / "person"
+    save_character(make_character(64, 2, nuisances=0), folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def report(scans):
+    folder = scans.parent / "importance"
+    done = run("importance", scans, "-o", folder, *QUICK, "--floor", 0.25, "--json")
+    assert done.returncode == 0, done.stderr
+    return folder, json.loads(done.stdout)
+
+
+def test_it_leaves_the_importance_its_numbers_and_a_page(report):
+    folder, document = report
+    assert {path.name for path in folder.iterdir()} == {"importance.exr", "importance.json", "index.html"}
+    stored = json.loads((folder / "importance.json").read_text(encoding="utf-8"))
+    assert stored["looks"] == document["looks"]
+    assert [look["held_out"] for look in stored["looks"]] == [False, False, True, True, True]
+    uniform, weighted = stored["fits"]
+    assert uniform["bytes_on_gpu"] == weighted["bytes_on_gpu"]
+    assert ".tmp" not in json.dumps(document)
+    page = (folder / "index.html").read_text(encoding="utf-8")
+    assert "http" not in page.replace("http-equiv", "")
+    assert page.count("data:image/webp") == 5
+
+
+def test_the_importance_counts_the_face_alone_and_unseen_texels_by_the_floor(scans, report):
+    mask = load_character(scans).mask
+    importance = read_values(report[0] / "importance.exr")
+    np.testing.assert_array_equal(importance > 0, mask > 0)
+    assert importance[mask > 0].min() == np.float32(0.25)
+    assert importance[mask > 0].mean() == pytest.approx(1, rel=1e-4)
+
+
+def test_compress_takes_what_it_wrote(scans, report, tmp_path):
+    done = run("compress", scans, "-o", tmp_path / "a.facezip", "--importance", report[0] / "importance.exr", "--json")
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert document["made_with"]["importance"] == "importance.exr"
+    assert document["rmse"] == pytest.approx(report[1]["fits"][1]["texture_rmse"], rel=1e-4)
+
+
+def test_values_come_back_as_they_were_written(tmp_path):
+    values = np.random.default_rng(0).gamma(1, 3, (8, 12)).astype(np.float32)
+    write_values(tmp_path / "values.exr", values)
+    np.testing.assert_array_equal(read_values(tmp_path / "values.exr"), values)
+    write_texture(tmp_path / "values.png", np.array([[[0], [51], [255]]], np.uint8))
+    np.testing.assert_allclose(read_values(tmp_path / "values.png"), [[0, 0.2, 1]], rtol=1e-6)
+
+
+def test_wrong_calls_are_one_line_and_write_nothing(scans, report, tmp_path):
+    write_values(tmp_path / "negative.exr", np.full((64, 64), -1, np.float32))
+    for arguments, code in {
+        ("importance", scans, "-o", report[0], *QUICK): ExitCode.CANNOT_WRITE,
+        ("importance", scans, "-o", tmp_path / "x", *QUICK, "--weight-scale", 7): ExitCode.BAD_INPUT,
+        ("importance", scans, "-o", tmp_path / "x", "--views", 99): ExitCode.USAGE,
+        ("compress", scans, "-o", tmp_path / "x", "--importance", tmp_path / "negative.exr"): ExitCode.BAD_INPUT,
+        ("compress", scans, "-o", tmp_path / "x", "--importance", tmp_path / "nothing.exr"): ExitCode.BAD_INPUT,
+    }.items():
+        done = run(*arguments)
+        assert done.returncode == code, done.stderr
+        assert "Traceback" not in done.stderr
+        if code is not ExitCode.USAGE:
+            assert len(done.stderr.splitlines()) == 1
+        assert not (tmp_path / "x").exists()
