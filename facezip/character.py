@@ -11,11 +11,16 @@ from numpy.typing import NDArray
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.meshes import Topology, read_obj, write_obj
+from facezip.names import first_unusable, printable
 from facezip.progress import track
+from facezip.reading import check_expansion, reading
 from facezip.textures import TEXTURE_SUFFIXES, Texels, read_texture, to_float, write_texture
+from facezip.writing import whole_folder
 
 NEUTRAL = "neutral"
 MASK = "mask"
+# Fifty flat 2048 x 2048 textures are no attack; what unfolds to more has to be in proportion to its files.
+SPARE = 2**32
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +31,7 @@ class Character:
     ----------
     name : what reports call the character.
     topology : faces and UV layout of every mesh.
-    expressions : the N names, without the neutral.
+    expressions : the N names, without the neutral; each can serve as a file name on every system.
     neutral_vertices : ``(V, 3)`` float32.
     vertices : ``(N, V, 3)`` float32, absolute positions.
     neutral : ``(H, W, C)`` encoded values as stored: uint8, uint16, or float32 in [0, 1].
@@ -42,6 +47,13 @@ class Character:
     neutral: Texels
     textures: Texels
     mask: NDArray[np.float32] | None = None
+
+    def __post_init__(self) -> None:
+        unusable = first_unusable(self.expressions)
+        if unusable is not None:
+            raise FaceZipError(
+                ErrorCode.UNSAFE_NAME, f"{self.name}: expression name '{unusable}' cannot be a file name; rename it"
+            )
 
     @property
     def resolution(self) -> tuple[int, int]:
@@ -88,10 +100,16 @@ def load_character(path: str | Path) -> Character:
         One line that names the file: missing partners, fewer than two expressions, textures of another size or type,
         meshes of another topology or UV layout, and everything that the readers of meshes and textures refuse.
     """
-    folder = Path(path)
+    with reading(Path(path)):
+        return _load(Path(path))
+
+
+def _load(folder: Path) -> Character:
     names = _expression_names(folder)
     neutral_vertices, topology = read_obj(folder / f"{NEUTRAL}.obj")
     neutral = read_texture(_texture_path(folder, NEUTRAL))
+    stored = sum(file.stat().st_size for file in folder.iterdir() if file.suffix.lower() in TEXTURE_SUFFIXES)
+    check_expansion(folder, len(names) * neutral.nbytes, stored, SPARE)
     vertices = np.empty((len(names), *neutral_vertices.shape), np.float32)
     textures: Texels = np.empty((len(names), *neutral.shape), neutral.dtype)
 
@@ -103,7 +121,7 @@ def load_character(path: str | Path) -> Character:
         for _ in track(pool.map(read, range(len(names))), "Reading the character", len(names)):
             pass
     return Character(
-        folder.resolve().name,
+        printable(folder.resolve().name),
         topology,
         names,
         neutral_vertices,
@@ -115,17 +133,22 @@ def load_character(path: str | Path) -> Character:
 
 
 def save_character(character: Character, folder: str | Path) -> None:
-    """Write ``NAME.obj`` and ``NAME.png`` (``.exr`` for float textures) for the neutral and every expression."""
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    """Write ``NAME.obj`` and ``NAME.png`` (``.exr`` for float textures) for the neutral and every expression.
+
+    Raises
+    ------
+    FaceZipError
+        ``CANNOT_WRITE``: the folder holds something already, or the disk refuses; nothing is then written.
+    """
     suffix = ".exr" if character.neutral.dtype.kind == "f" else ".png"
     names = (NEUTRAL, *character.expressions)
-    for name in track(names, "Writing the character", len(names)):
-        write_obj(folder / f"{name}.obj", character.mesh_vertices(name), character.topology)
-        stored = character.neutral if name == NEUTRAL else character.textures[character.index(name)]
-        write_texture(folder / f"{name}{suffix}", stored)
-    if character.mask is not None:
-        write_texture(folder / f"{MASK}.png", character.mask[:, :, None])
+    with whole_folder(Path(folder), False, lambda _: False) as whole:
+        for name in track(names, "Writing the character", len(names)):
+            write_obj(whole / f"{name}.obj", character.mesh_vertices(name), character.topology)
+            stored = character.neutral if name == NEUTRAL else character.textures[character.index(name)]
+            write_texture(whole / f"{name}{suffix}", stored)
+        if character.mask is not None:
+            write_texture(whole / f"{MASK}.png", character.mask[:, :, None])
 
 
 def _expression_names(folder: Path) -> tuple[str, ...]:

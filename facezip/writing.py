@@ -1,4 +1,9 @@
-"""Files and folders that appear whole or not at all."""
+"""Files and folders that appear whole or not at all.
+
+What is made lies in a sibling with a name of its own until it is complete and synced; one rename puts it in place. The
+sibling is locked as long as its process lives, so that the next run can tell the leftovers of a killed one and remove
+them, however many runs write at the same time.
+"""
 
 import os
 import shutil
@@ -7,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.renaming import Locked, put_in_place, recover, siblings
 
 
 @contextmanager
@@ -22,22 +28,20 @@ def whole_folder(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> I
     Raises
     ------
     FaceZipError
-        ``CANNOT_WRITE``: the folder exists, holds something else, or the disk refuses.
+        ``CANNOT_WRITE``: the folder exists, holds something else, or the disk refuses. What was there is untouched.
     """
-    _check_target(path, overwrite, ours)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.mkdir()
-        yield temporary
-        _sync(temporary)
-        _replace(temporary, path)
-    except OSError as error:
-        raise FaceZipError(
-            ErrorCode.CANNOT_WRITE, f"{path}: cannot write ({error.strerror}); check space and rights"
-        ) from None
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
+    with _writing(path):
+        target = Path(os.path.realpath(path))
+        recover(target)
+        _check_target(path, overwrite, ours)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with _sibling(target, Path.mkdir) as temporary, _named(temporary, path):
+            yield temporary
+            _sync(*temporary.rglob("*"), temporary)
+            # Hours may have passed.
+            _check_target(path, overwrite, ours)
+            put_in_place(temporary, target)
+            _sync(target.parent)
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -48,18 +52,57 @@ def write_whole(path: Path, content: bytes) -> None:
     FaceZipError
         ``CANNOT_WRITE``, naming the file and the reason.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    with _writing(path), _sibling(Path(os.path.realpath(path)), lambda new: new.touch(exist_ok=False)) as temporary:
+        temporary.write_bytes(content)
+        _sync(temporary)
+        os.replace(temporary, Path(os.path.realpath(path)))
+        _sync(path.parent)
+
+
+@contextmanager
+def _writing(path: Path) -> Iterator[None]:
     try:
-        with open(temporary, "wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(temporary, path)
+        yield
     except OSError as error:
-        temporary.unlink(missing_ok=True)
         raise FaceZipError(
-            ErrorCode.CANNOT_WRITE, f"{path}: cannot write ({error.strerror}); check space and rights"
+            ErrorCode.CANNOT_WRITE, f"{path}: cannot write ({error.strerror or error}); check space and rights"
         ) from None
+
+
+@contextmanager
+def _named(temporary: Path, path: Path) -> Iterator[None]:
+    """Errors name the place that was asked for, not the one that is about to vanish."""
+    try:
+        yield
+    except FaceZipError as error:
+        raise FaceZipError(error.code, str(error).replace(str(temporary), str(path))) from None
+
+
+@contextmanager
+def _sibling(target: Path, create: Callable[[Path], None]) -> Iterator[Path]:
+    """A new, locked name beside ``target``, gone at the end; leftovers of killed runs go first."""
+    for leftover in siblings(target):
+        with Locked(leftover) as lock:
+            if lock.held:
+                _remove(leftover)
+    while True:
+        temporary = target.with_name(f".{target.name}.{os.urandom(8).hex()}.tmp")
+        create(temporary)
+        with Locked(temporary, wait=True) as lock:
+            # Another run may have taken it for a leftover before it was locked.
+            if not lock.gone:
+                try:
+                    yield temporary
+                finally:
+                    _remove(temporary)
+                return
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)
 
 
 def _check_target(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> None:
@@ -73,24 +116,10 @@ def _check_target(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> 
         )
 
 
-def _sync(folder: Path) -> None:
-    for path in (*folder.rglob("*"), folder):
+def _sync(*paths: Path) -> None:
+    for path in paths:
         descriptor = os.open(path, os.O_RDONLY)
         try:
             os.fsync(descriptor)
         finally:
             os.close(descriptor)
-
-
-def _replace(temporary: Path, path: Path) -> None:
-    """Move the old folder aside before the new one takes its name: a folder cannot be renamed over a full one."""
-    aside = path.with_name(f".{path.name}.{os.getpid()}.old")
-    if path.exists():
-        os.rename(path, aside)
-    try:
-        os.rename(temporary, path)
-    except OSError:
-        if aside.exists():
-            os.rename(aside, path)
-        raise
-    shutil.rmtree(aside, ignore_errors=True)
