@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.decoding import stated_size
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.meshes import Topology, read_obj, write_obj
 from facezip.names import first_unusable, printable
@@ -106,10 +107,9 @@ def load_character(path: str | Path) -> Character:
 
 def _load(folder: Path) -> Character:
     names = _expression_names(folder)
+    _check_sizes(folder, names)
     neutral_vertices, topology = read_obj(folder / f"{NEUTRAL}.obj")
     neutral = read_texture(_texture_path(folder, NEUTRAL))
-    stored = sum(file.stat().st_size for file in folder.iterdir() if file.suffix.lower() in TEXTURE_SUFFIXES)
-    check_expansion(folder, len(names) * neutral.nbytes, stored, SPARE)
     vertices = np.empty((len(names), *neutral_vertices.shape), np.float32)
     textures: Texels = np.empty((len(names), *neutral.shape), neutral.dtype)
 
@@ -171,6 +171,19 @@ def _expression_names(folder: Path) -> tuple[str, ...]:
             f"{folder}: {len(names)} expression(s); at least two besides the neutral",
         )
     return names
+
+
+def _check_sizes(folder: Path, names: tuple[str, ...]) -> None:
+    """Refuse, by their headers and before any is decoded, textures that differ or unfold out of proportion."""
+    paths = [_texture_path(folder, name) for name in (NEUTRAL, *names)]
+    sizes = [stated_size(path) for path in paths]
+    for path, (height, width, _) in zip(paths, sizes, strict=True):
+        if (height, width) != sizes[0][:2]:
+            raise FaceZipError(
+                ErrorCode.SIZE_MISMATCH,
+                f"{path}: {width}x{height}, the neutral is {sizes[0][1]}x{sizes[0][0]}; export both alike",
+            )
+    check_expansion(folder, sum(size[2] for size in sizes), sum(path.stat().st_size for path in paths), SPARE)
 
 
 def _texture_path(folder: Path, name: str) -> Path:

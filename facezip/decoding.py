@@ -48,6 +48,13 @@ def decode(path: Path, expected: tuple[int, ...] | None = None) -> NDArray[Any]:
     return np.asarray(texels).reshape(spec.height, spec.width, -1)
 
 
+def stated_size(path: Path) -> tuple[int, int, int]:
+    """Rows, columns, and bytes of all texels, by the header alone; raises as :func:`decode`."""
+    with opened(path) as image:
+        spec = image.spec()
+        return spec.height, spec.width, spec.image_bytes(True)
+
+
 @contextmanager
 def opened(path: Path) -> Iterator[Any]:
     """An ``OpenImageIO.ImageInput`` whose header is read and possible; raises as :func:`decode`."""

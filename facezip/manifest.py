@@ -19,6 +19,7 @@ FILE_NAME = "manifest.json"
 MAX_BYTES = 2 * 2**20
 
 _START = re.compile(rb'\{\n "sha256": "([0-9a-f]{64})",\n "format": "facezip-pack/')
+_SURROGATE = re.compile(rb"\\u[dD][89a-fA-F]")
 
 
 @dataclass(frozen=True)
@@ -151,7 +152,8 @@ def _parsed(content: bytes) -> dict[str, Any]:
     document: dict[str, Any] = json.loads(
         content.decode(), object_pairs_hook=_object, parse_float=_number, parse_constant=_number
     )
-    json.dumps(document, ensure_ascii=False).encode()
+    if _SURROGATE.search(content):
+        json.dumps(document, ensure_ascii=False).encode()
     return document
 
 

@@ -99,6 +99,15 @@ def _sibling(target: Path, create: Callable[[Path], None]) -> Iterator[Path]:
 
 
 def _remove(path: Path) -> None:
+    """Ctrl-C waits for it."""
+    try:
+        _remove_at_once(path)
+    except KeyboardInterrupt:
+        _remove_at_once(path)
+        raise
+
+
+def _remove_at_once(path: Path) -> None:
     if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path, ignore_errors=True)
     else:

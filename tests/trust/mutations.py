@@ -5,7 +5,8 @@ from collections.abc import Callable
 
 Mutation = Callable[[random.Random, bytes], bytes]
 
-INTERESTING = [n.to_bytes(4, order) for n in (0, 1, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, 0x10000) for order in ("little", "big")]
+_NUMBERS = (0, 1, 0x10000, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF)
+INTERESTING = [number.to_bytes(4, order) for number in _NUMBERS for order in ("little", "big")]
 
 
 def flip_bit(rng: random.Random, content: bytes) -> bytes:
