@@ -17,8 +17,12 @@ from typing import Any
 import OpenImageIO as oiio
 
 from facezip.cli import main
+from facezip.commands import compress, decompress  # noqa: F401 - imported once, not in every child
 
 FAILED = 99
+
+# Threads do not survive a fork, and OpenImageIO waits for its own.
+oiio.attribute("threads", 1)
 
 
 @dataclass(frozen=True)
@@ -39,8 +43,6 @@ class Outcome:
 
 def in_child(work: Callable[[], Any], limit: float = 30) -> Outcome:
     """Call ``work`` in a forked child, which is killed after ``limit`` seconds; its answer must be JSON."""
-    # Threads do not survive a fork, and OpenImageIO waits for its own.
-    oiio.attribute("threads", 1)
     sys.stdout.flush()
     start = time.perf_counter()
     reader, writer = os.pipe()
@@ -60,7 +62,6 @@ def in_child(work: Callable[[], Any], limit: float = 30) -> Outcome:
 
 def start_child(work: Callable[[], Any]) -> int:
     """Start ``work`` in a forked child that the caller waits for; the process id."""
-    oiio.attribute("threads", 1)
     sys.stdout.flush()
     child = os.fork()
     if child == 0:
