@@ -32,7 +32,7 @@ class Character:
     ----------
     name : what reports call the character.
     topology : faces and UV layout of every mesh.
-    expressions : the N names, without the neutral; each can serve as a file name on every system.
+    expressions : the N names, without the neutral.
     neutral_vertices : ``(V, 3)`` float32.
     vertices : ``(N, V, 3)`` float32, absolute positions.
     neutral : ``(H, W, C)`` encoded values as stored: uint8, uint16, or float32 in [0, 1].
@@ -48,13 +48,6 @@ class Character:
     neutral: Texels
     textures: Texels
     mask: NDArray[np.float32] | None = None
-
-    def __post_init__(self) -> None:
-        unusable = first_unusable(self.expressions)
-        if unusable is not None:
-            raise FaceZipError(
-                ErrorCode.UNSAFE_NAME, f"{self.name}: expression name '{unusable}' cannot be a file name; rename it"
-            )
 
     @property
     def resolution(self) -> tuple[int, int]:
@@ -89,6 +82,15 @@ class Character:
         return self.expressions.index(expression)
 
 
+def check_names(expressions: tuple[str, ...], whose: str | Path) -> None:
+    """Raise ``UNSAFE_NAME`` for the first expression whose name cannot be a file name, before any file bears it."""
+    unusable = first_unusable(expressions)
+    if unusable is not None:
+        raise FaceZipError(
+            ErrorCode.UNSAFE_NAME, f"{whose}: expression name '{unusable}' cannot be a file name; rename it"
+        )
+
+
 def load_character(path: str | Path) -> Character:
     """Read a character folder: ``neutral.obj`` with its texture, and the same pair per expression.
 
@@ -107,6 +109,7 @@ def load_character(path: str | Path) -> Character:
 
 def _load(folder: Path) -> Character:
     names = _expression_names(folder)
+    check_names(names, folder)
     _check_sizes(folder, names)
     neutral_vertices, topology = read_obj(folder / f"{NEUTRAL}.obj")
     neutral = read_texture(_texture_path(folder, NEUTRAL))
@@ -138,8 +141,10 @@ def save_character(character: Character, folder: str | Path) -> None:
     Raises
     ------
     FaceZipError
-        ``CANNOT_WRITE``: the folder holds something already, or the disk refuses; nothing is then written.
+        ``UNSAFE_NAME``, or ``CANNOT_WRITE``: the folder holds something already, or the disk refuses; nothing is then
+        written.
     """
+    check_names(character.expressions, character.name)
     suffix = ".exr" if character.neutral.dtype.kind == "f" else ".png"
     names = (NEUTRAL, *character.expressions)
     with whole_folder(Path(folder), False, lambda _: False) as whole:

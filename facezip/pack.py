@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip import manifest as manifests
+from facezip.character import check_names
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.footprint import SLOTS_PER_LAYER
 from facezip.manifest import Manifest, StoredFile, bad_pack
 from facezip.meshes import read_obj, write_obj
 from facezip.model import CompressedTextures, Meshes
-from facezip.names import first_unusable
 from facezip.quantise import QuantisedMaps, dequantise, quantise
 from facezip.ranges import (
     DELTAS_FILE,
@@ -65,9 +65,7 @@ def write_pack(
         reader would accept.
     """
     path = Path(path)
-    unusable = first_unusable(model.expressions)
-    if unusable is not None:
-        raise FaceZipError(ErrorCode.UNSAFE_NAME, f"expression name '{unusable}' cannot be a file name; rename it")
+    check_names(model.expressions, path)
     maps = quantise(model, neutral_bits)
     with whole_folder(path, overwrite, is_pack) as folder:
         columns = _write_maps(maps, folder)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character import NEUTRAL, Character
+from facezip.character import NEUTRAL, Character, check_names
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.progress import task
 from render.exr import write_exr
@@ -114,10 +114,11 @@ def validate(
     Raises
     ------
     FaceZipError
-        ``BAD_VALUE`` for settings outside their range, ``NO_LLVM``, ``CANNOT_WRITE``.
+        ``BAD_VALUE`` for settings outside their range, ``UNSAFE_NAME``, ``NO_LLVM``, ``CANNOT_WRITE``.
     """
     settings = settings or Settings()
     settings.check()
+    check_names(character.expressions, character.name)
     begin = perf_counter()
     versions = start()
     (folder / RENDERS).mkdir(parents=True, exist_ok=True)

@@ -48,11 +48,11 @@ def _originals(work: Path, suffix: str) -> list[Path]:
         folders.append(work / (kind or "mesh"))
         save_character(scans, folders[-1])
         for image in () if suffix == ".obj" else (*folders[-1].glob("*.png"), *folders[-1].glob("*.exr")):
-            _store_as(image, suffix, kind)
+            store_as(image, suffix, kind)
     return folders
 
 
-def _store_as(image: Path, suffix: str, kind: str) -> None:
+def store_as(image: Path, suffix: str, kind: str) -> None:
     texels = oiio.ImageBuf(str(image)).get_pixels(oiio.FLOAT)
     bits = "uint16" if kind == "16" else "uint8"
     spec = oiio.ImageSpec(*texels.shape[1::-1], texels.shape[2], "half" if suffix == ".exr" else bits)
