@@ -2,18 +2,22 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test lint lock clean
+.PHONY: demo test lint viewer lock clean
 
 demo: .venv/ready
 	$(BIN)/facezip demo -o out/demo --overwrite
 
 test: .venv/ready
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -rs --numprocesses auto --dist loadfile
 
 lint: .venv/ready
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+# Setting up bundles the viewer where it can; this says why where it cannot, and checks the types too.
+viewer: .venv/ready
+	$(BIN)/python -m facezip.viewer.build --check
 
 .venv/ready: requirements.txt pyproject.toml
 	$(PYTHON) -m venv .venv
@@ -27,4 +31,4 @@ lock:
 	  --generate-hashes --no-emit-index-url --no-annotate --no-header --output-file requirements.txt
 
 clean:
-	rm -rf .venv out build *.egg-info
+	rm -rf .venv out build *.egg-info facezip/viewer/bundle

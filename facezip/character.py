@@ -92,7 +92,7 @@ def check_names(expressions: tuple[str, ...], whose: str | Path) -> None:
 
 
 def load_character(path: str | Path) -> Character:
-    """Read a character folder: ``neutral.obj`` with its texture, and the same pair per expression.
+    """Read a character folder: ``neutral.obj`` with its texture, and the same pair per expression; or one ``.glb``.
 
     Expressions come in the order of their names. Textures are PNG, TIFF, JPEG or OpenEXR, found by the mesh's name;
     ``mask.png`` (any of these formats), where present, limits the face region.
@@ -103,16 +103,21 @@ def load_character(path: str | Path) -> Character:
         One line that names the file: missing partners, fewer than two expressions, textures of another size or type,
         meshes of another topology or UV layout, and everything that the readers of meshes and textures refuse.
     """
-    with reading(Path(path)):
-        return _load(Path(path))
+    path = Path(path)
+    with reading(path):
+        if path.suffix.lower() != ".glb":
+            return _load_folder(path)
+        from facezip.gltf_character import load_glb
+
+        return load_glb(path)
 
 
-def _load(folder: Path) -> Character:
+def _load_folder(folder: Path) -> Character:
     names = _expression_names(folder)
     check_names(names, folder)
     _check_sizes(folder, names)
     neutral_vertices, topology = read_obj(folder / f"{NEUTRAL}.obj")
-    neutral = read_texture(_texture_path(folder, NEUTRAL))
+    neutral = read_texture(texture_path(folder, NEUTRAL))
     vertices = np.empty((len(names), *neutral_vertices.shape), np.float32)
     textures: Texels = np.empty((len(names), *neutral.shape), neutral.dtype)
 
@@ -138,16 +143,24 @@ def _load(folder: Path) -> Character:
 def save_character(character: Character, folder: str | Path) -> None:
     """Write ``NAME.obj`` and ``NAME.png`` (``.exr`` for float textures) for the neutral and every expression.
 
+    Where ``folder`` ends in ``.glb``, one such file is written instead.
+
     Raises
     ------
     FaceZipError
         ``UNSAFE_NAME``, or ``CANNOT_WRITE``: the folder holds something already, or the disk refuses; nothing is then
         written.
     """
+    folder = Path(folder)
     check_names(character.expressions, character.name)
+    if folder.suffix.lower() == ".glb":
+        from facezip.gltf_character import save_glb
+
+        save_glb(character, folder)
+        return
     suffix = ".exr" if character.neutral.dtype.kind == "f" else ".png"
     names = (NEUTRAL, *character.expressions)
-    with whole_folder(Path(folder), False, lambda _: False) as whole:
+    with whole_folder(folder, False, lambda _: False) as whole:
         for name in track(names, "Writing the character", len(names)):
             write_obj(whole / f"{name}.obj", character.mesh_vertices(name), character.topology)
             stored = character.neutral if name == NEUTRAL else character.textures[character.index(name)]
@@ -180,7 +193,7 @@ def _expression_names(folder: Path) -> tuple[str, ...]:
 
 def _check_sizes(folder: Path, names: tuple[str, ...]) -> None:
     """Refuse, by their headers and before any is decoded, textures that differ or unfold out of proportion."""
-    paths = [_texture_path(folder, name) for name in (NEUTRAL, *names)]
+    paths = [texture_path(folder, name) for name in (NEUTRAL, *names)]
     sizes = [stated_size(path) for path in paths]
     for path, (height, width, _) in zip(paths, sizes, strict=True):
         if (height, width) != sizes[0][:2]:
@@ -191,7 +204,8 @@ def _check_sizes(folder: Path, names: tuple[str, ...]) -> None:
     check_expansion(folder, sum(size[2] for size in sizes), sum(path.stat().st_size for path in paths), SPARE)
 
 
-def _texture_path(folder: Path, name: str) -> Path:
+def texture_path(folder: Path, name: str) -> Path:
+    """The texture of a name in a folder, whatever its suffix; where there is none, what it would be called."""
     found = [folder / f"{name}{suffix}" for suffix in TEXTURE_SUFFIXES if (folder / f"{name}{suffix}").exists()]
     if len(found) > 1:
         raise FaceZipError(
@@ -219,26 +233,30 @@ def _vertices_like(folder: Path, name: str, neutral: NDArray[np.float32], topolo
 
 
 def _texture_like(folder: Path, name: str, neutral: Texels) -> Texels:
-    path = _texture_path(folder, name)
+    path = texture_path(folder, name)
     texture = read_texture(path)
     if texture.shape != neutral.shape or texture.dtype != neutral.dtype:
         raise FaceZipError(
             ErrorCode.SIZE_MISMATCH,
-            f"{path}: {_kind(texture)}, the neutral is {_kind(neutral)}; export both alike",
+            f"{path}: {kind_of(texture)}, the neutral is {kind_of(neutral)}; export both alike",
         )
     return texture
 
 
-def _kind(texture: Texels) -> str:
+def kind_of(texture: Texels) -> str:
+    """Size, channels and type of a texture, in words."""
     height, width, channels = texture.shape
     return f"{width}x{height} with {channels} channel(s) of {texture.dtype}"
 
 
 def _mask(folder: Path, neutral: Texels) -> NDArray[np.float32] | None:
-    path = _texture_path(folder, MASK)
-    if not path.exists():
-        return None
-    mask = to_float(read_texture(path))[:, :, 0]
+    path = texture_path(folder, MASK)
+    return mask_of(read_texture(path), neutral, path) if path.exists() else None
+
+
+def mask_of(texels: Texels, neutral: Texels, path: Path) -> NDArray[np.float32]:
+    """The face region ``(H, W)`` that an image at ``path`` says: of the neutral's size, and not black everywhere."""
+    mask = to_float(texels)[:, :, 0]
     if mask.shape != neutral.shape[:2]:
         raise FaceZipError(
             ErrorCode.SIZE_MISMATCH,

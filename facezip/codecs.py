@@ -57,17 +57,27 @@ class Codec:
 
     def round_trip(self, texels: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """What the GPU gives back of ``(H, W, C)`` texels, C ≤ 3; one channel is coded as grey."""
-        if self.encode is None or self.decode is None:
-            return texels
-        height, width, channels = texels.shape
+        return texels if self.encode is None else self.load(self.store(texels), texels.shape)
+
+    def store(self, texels: NDArray[np.uint8]) -> bytes:
+        """The blocks of ``(H, W, C)`` texels, C ≤ 3, row by row; raw texels as they lie."""
+        if self.encode is None:
+            return np.ascontiguousarray(texels).tobytes()
+        height, width, _ = texels.shape
         padded = np.empty((self._whole(height, 1), self._whole(width, 0), 4), np.uint8)
         padded[:height, :width, :3] = texels
         # Blocks at the border hold more of the same rather than black.
         padded[height:, :width, :3] = texels[-1]
         padded[:, width:, :3] = padded[:, width - 1 : width, :3]
         padded[..., 3] = 255
-        rows, columns = padded.shape[:2]
-        stored = self.encode(padded.tobytes(), columns, rows)
+        return self.encode(padded.tobytes(), padded.shape[1], padded.shape[0])
+
+    def load(self, stored: bytes, shape: tuple[int, ...]) -> NDArray[np.uint8]:
+        """The ``(H, W, C)`` texels of such blocks."""
+        height, width, channels = shape
+        if self.decode is None:
+            return np.frombuffer(stored, np.uint8).reshape(shape)
+        rows, columns = self._whole(height, 1), self._whole(width, 0)
         decoded = np.frombuffer(self.decode(stored, columns, rows), np.uint8).reshape(rows, columns, 4)
         rgb: NDArray[np.uint8] = decoded[:height, :width, 2::-1][..., :channels]
         return rgb

@@ -5,18 +5,21 @@ pass over the texels makes all of them; the clustering itself never sees a texel
 """
 
 import warnings
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from sklearn.cluster import KMeans, kmeans_plusplus
-from sklearn.exceptions import ConvergenceWarning
 from threadpoolctl import threadpool_limits
 
 from facezip.character import Character
 from facezip.masks import Masks, masks_at
 from facezip.progress import track
 from facezip.rows import sum_rows
+
+# scikit-learn takes half of a command's start to import, and only the paper's method needs it.
+if TYPE_CHECKING:
+    from sklearn.cluster import KMeans
 
 STARTS = 10
 
@@ -62,12 +65,17 @@ def best_clusters(gram: NDArray[np.float64], clusters: int, seed: int) -> NDArra
 
 def starts(rows: NDArray[np.float64], clusters: int, seed: int) -> list[NDArray[np.int64]]:
     """Indices of the rows with which each k-means start begins, ``STARTS`` times ``(clusters,)``."""
+    from sklearn.cluster import kmeans_plusplus
+
     random = np.random.RandomState(seed)
     return [kmeans_plusplus(rows, clusters, random_state=random)[1] for _ in range(STARTS)]
 
 
-def lloyd(rows: NDArray[np.float64], start: NDArray[np.int64]) -> KMeans:
+def lloyd(rows: NDArray[np.float64], start: NDArray[np.int64]) -> "KMeans":
     """K-means from the given rows as first centres."""
+    from sklearn.cluster import KMeans
+    from sklearn.exceptions import ConvergenceWarning
+
     with warnings.catch_warnings():
         # Fewer different fragments than clusters: a region that hardly moves. Empty clusters are fine then.
         warnings.simplefilter("ignore", ConvergenceWarning)

@@ -108,7 +108,7 @@ def exchange(a: Path, b: Path) -> bool:
 
 
 def _move_aside_first(new: Path, target: Path) -> None:
-    aside = new.with_suffix(".old")
+    aside = target.with_name(f".{target.name}.{os.urandom(8).hex()}.old")
     with Locked(target, wait=True):
         os.rename(target, aside)
         try:

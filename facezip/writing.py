@@ -44,6 +44,47 @@ def whole_folder(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> I
             _sync(target.parent)
 
 
+@contextmanager
+def resumable_folder(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> Iterator[Path]:
+    """As :func:`whole_folder`, but what a broken run leaves waits in ``.NAME.partial`` for the next one.
+
+    Raises
+    ------
+    FaceZipError
+        ``CANNOT_WRITE``: as there, or another process is at work on the same folder.
+    """
+    with _writing(path):
+        target = Path(os.path.realpath(path))
+        recover(target)
+        _check_target(path, overwrite, ours)
+        _clear_leftovers(target)
+        partial = target.with_name(f".{target.name}.partial")
+        partial.mkdir(parents=True, exist_ok=True)
+        with _alone(partial, path), _named(partial, path):
+            try:
+                yield partial
+                _sync(*partial.rglob("*"), partial)
+                _check_target(path, overwrite, ours)
+                put_in_place(partial, target)
+                _sync(target.parent)
+                _remove_unheld(partial)
+            finally:
+                if partial.is_dir() and not any(partial.iterdir()):
+                    partial.rmdir()
+
+
+@contextmanager
+def _alone(folder: Path, path: Path) -> Iterator[None]:
+    """Hold a folder against other processes; the system lets go of it when this one ends, however it ends."""
+    with Locked(folder) as lock:
+        if lock.gone or not lock.held:
+            raise FaceZipError(
+                ErrorCode.CANNOT_WRITE,
+                f"{path}: another facezip is writing there; wait for it or choose another name",
+            )
+        yield
+
+
 def write_whole(path: Path, content: bytes) -> None:
     """Write one file so that a reader sees the old content or the new, never a part.
 
@@ -81,10 +122,7 @@ def _named(temporary: Path, path: Path) -> Iterator[None]:
 @contextmanager
 def _sibling(target: Path, create: Callable[[Path], None]) -> Iterator[Path]:
     """A new, locked name beside ``target``, gone at the end; leftovers of killed runs go first."""
-    for leftover in siblings(target):
-        with Locked(leftover) as lock:
-            if lock.held:
-                _remove(leftover)
+    _clear_leftovers(target)
     while True:
         temporary = target.with_name(f".{target.name}.{os.urandom(8).hex()}.tmp")
         create(temporary)
@@ -96,6 +134,18 @@ def _sibling(target: Path, create: Callable[[Path], None]) -> Iterator[Path]:
                 finally:
                     _remove(temporary)
                 return
+
+
+def _clear_leftovers(target: Path) -> None:
+    for leftover in siblings(target):
+        _remove_unheld(leftover)
+
+
+def _remove_unheld(path: Path) -> None:
+    """Remove what no living process is at work on."""
+    with Locked(path) as lock:
+        if lock.held:
+            _remove(path)
 
 
 def _remove(path: Path) -> None:

@@ -4,14 +4,15 @@ Images are display-referred: encoded sRGB in [0, 1]. Every metric is exactly zer
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facezip.textures import encode_srgb
+from render.colour import Colours, delta_e_2000, to_lab
+from render.flip import Seen, flip, seen
 
-# Pixels per degree that FLIP assumes: a 0.7 m wide 4K display seen from 0.7 m, the FLIP authors' default.
-PIXELS_PER_DEGREE = 67.02
 MARGIN = 12
 
 METRICS = ("image_rmse", "flip", "delta_e_mean", "delta_e_p95", "ssim")
@@ -30,7 +31,7 @@ UNITS = {
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """A display-referred image, cropped around the head.
+    """A display-referred image, cropped around the head; what metrics make of it alone is made once.
 
     Attributes
     ----------
@@ -40,6 +41,16 @@ class Picture:
 
     encoded: NDArray[np.float32]
     head: NDArray[np.bool_]
+
+    @cached_property
+    def lab(self) -> Colours:
+        """``(n, 3)`` CIELAB of the head pixels."""
+        return to_lab(self.encoded[self.head])
+
+    @cached_property
+    def seen(self) -> Seen:
+        """The crop as FLIP sees it."""
+        return seen(self.encoded)
 
 
 def display(linear: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -63,11 +74,11 @@ def compare(original: Picture, other: Picture) -> dict[str, float | None]:
     """Every metric of ``other`` against ``original``, two pictures of the same crop."""
     head = original.head
     rmse = image_rmse(original.encoded[head], other.encoded[head])
-    colour = delta_e(original.encoded[head], other.encoded[head])
+    colour = delta_e_2000(original.lab, other.lab)
     return {
         "image_rmse": rmse,
         "psnr": None if rmse == 0 else float(20 * np.log10(255 / rmse)),
-        "flip": float(flip_map(original.encoded, other.encoded)[head].mean()),
+        "flip": mean_flip(original, other),
         "delta_e_mean": float(colour.mean()),
         "delta_e_p95": float(np.percentile(colour, 95)),
         "ssim": float(ssim_map(original.encoded, other.encoded)[head].mean()),
@@ -81,21 +92,22 @@ def image_rmse(a: NDArray[np.float32], b: NDArray[np.float32]) -> float:
 
 def delta_e(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float64]:
     """CIEDE2000 of encoded sRGB colours ``(..., 3)`` under D65 (Sharma, Wu and Dalal 2005)."""
-    from colour import XYZ_to_Lab, sRGB_to_XYZ
-    from colour.difference import delta_E_CIE2000
-
-    difference = delta_E_CIE2000(XYZ_to_Lab(sRGB_to_XYZ(a)), XYZ_to_Lab(sRGB_to_XYZ(b)))
-    return np.asarray(difference, np.float64)
+    return delta_e_2000(to_lab(a.reshape(-1, 3)), to_lab(b.reshape(-1, 3))).reshape(a.shape[:-1])
 
 
 def flip_map(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float32]:
-    """LDR-FLIP error ``(h, w)`` in [0, 1] of encoded images (Andersson et al. 2020), by its authors' evaluator."""
-    from flip_evaluator import evaluate
+    """LDR-FLIP error ``(h, w)`` in [0, 1] of encoded images (Andersson et al. 2020)."""
+    return flip(seen(a), seen(b))
 
-    error, _, _ = evaluate(
-        a, b, "LDR", inputsRGB=True, applyMagma=False, computeMeanError=False, parameters={"ppd": PIXELS_PER_DEGREE}
-    )
-    return np.asarray(error, np.float32)[..., 0]
+
+def mean_flip(original: Picture, other: Picture) -> float:
+    """FLIP over head pixels."""
+    return float(flip(original.seen, other.seen)[original.head].mean(dtype=np.float64))
+
+
+def delta_e_p95(original: Picture, other: Picture) -> float:
+    """The 95th percentile of CIEDE2000 over head pixels."""
+    return float(np.percentile(delta_e_2000(original.lab, other.lab), 95))
 
 
 def ssim_map(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float64]:

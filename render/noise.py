@@ -27,6 +27,10 @@ class Halves:
         coverage: NDArray[np.float32] = (self.first.coverage + self.second.coverage) * np.float32(0.5)
         return Images(linear, coverage)
 
+    def merged(self, others: "Halves") -> "Halves":
+        """These and as many samples more."""
+        return Halves(Halves(self.first, others.first).mean, Halves(self.second, others.second).mean)
+
 
 def noise_floor(halves: Halves, head: NDArray[np.bool_]) -> float:
     """RMSE (0..255) to expect between two independent renders of the original with all samples.

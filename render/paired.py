@@ -1,10 +1,11 @@
 """One kernel, K textures: the original and every compressed version, shaded on the same light paths.
 
-Geometry, visibility and light do not depend on the texture. A camera ray and a light sample are traced once; the skin
-is affine in its albedo, so each texture costs one lookup and one multiplication, and the differences between the
-images carry no noise but their own.
+Geometry, visibility and light do not depend on the texture. A path is traced once; the skin is affine in its albedo,
+so at each of its points each texture costs one lookup and one multiplication, and the differences between the images
+carry no noise but their own.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,14 +15,17 @@ from numpy.typing import NDArray
 
 from facezip.meshes import Topology
 from facezip.textures import decode_srgb
+from render.lighting import Lights
 from render.llvm import start
 from render.mesh import HeadMesh
 from scenes.cameras import Frame, View, camera, pixel_bounds
 from scenes.materials import MATERIALS, grey
-from scenes.stage import stage
 
 # First column and row, width and height of the pixels that are traced.
 Window = tuple[int, int, int, int]
+
+# Light that has met the skin this often: in a head, all that further points add is below a ten-thousandth.
+TRANSPORTS = {"direct": 1, "full": 6}
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +43,7 @@ class Images:
 
 
 class PairedRenderer:
-    """Renders poses of one character, each with any number of textures, under direct light.
+    """Renders poses of one character, each with any number of textures, in one scene whose mesh moves.
 
     Parameters
     ----------
@@ -48,27 +52,36 @@ class PairedRenderer:
     rigs : names of the light rigs that will be used.
     material : a key of :data:`scenes.materials.MATERIALS`.
     resolution : width and height of the images.
+    transport : a key of :data:`TRANSPORTS`: direct light, or light between parts of the skin as well.
     """
 
-    def __init__(self, topology: Topology, frame: Frame, rigs: Sequence[str], material: str, resolution: int) -> None:
+    def __init__(
+        self,
+        topology: Topology,
+        frame: Frame,
+        rigs: Sequence[str],
+        material: str,
+        resolution: int,
+        transport: str = "direct",
+    ) -> None:
         start()
         import mitsuba as mi
 
         skin = MATERIALS[material]
-        self._frame, self._resolution = frame, resolution
-        self._heads = {rig: HeadMesh(topology, skin(grey(0.5))) for rig in rigs}
-        self._scenes = {rig: mi.load_dict(stage(head.shape, frame, rig)) for rig, head in self._heads.items()}
-        self._parameters = {rig: mi.traverse(scene) for rig, scene in self._scenes.items()}
-        # The two ends of the affine function: all that the kernel needs to know of the skin.
-        self._black, self._white = (mi.load_dict(skin(grey(albedo))) for albedo in (0.0, 1.0))
+        self._frame, self._resolution, self._points = frame, resolution, TRANSPORTS[transport]
+        self._head = HeadMesh(topology, skin(grey(0.5)))
+        self._scene = mi.load_dict({"type": "scene", "head": self._head.shape})
+        self._parameters = mi.traverse(self._scene)
+        self._lights = {rig: Lights(rig, frame) for rig in rigs}
+        # The two ends of the affine function are all that the kernel needs to know of the skin; paths bounce off grey.
+        self._black, self._white, self._grey = (mi.load_dict(skin(grey(albedo))) for albedo in (0.0, 1.0, 0.5))
         self._cameras: dict[View, Any] = {}
         self._vertices = np.zeros((0, 3), np.float32)
 
     def pose(self, vertices: NDArray[np.float32]) -> None:
         """Move the head to vertex positions ``(V, 3)``."""
         self._vertices = vertices
-        for rig, head in self._heads.items():
-            head.move(self._parameters[rig], vertices)
+        self._head.move(self._parameters, vertices)
 
     def render(self, maps: Sequence[Any], view: View, rig: str, spp: int, seed: int) -> Images:
         """Shade the posed head with each of K textures that :func:`upload` gave.
@@ -88,6 +101,16 @@ class PairedRenderer:
         dr.eval(radiance, covered)
         means = [[self._mean(channel, count, window) for channel in colour] for colour in radiance]
         return Images(np.moveaxis(np.array(means), 1, 3), self._mean(covered, count, window))
+
+    def triangles(self, view: View) -> NDArray[np.int32]:
+        """The triangle ``(H, W)`` under the centre of each pixel of the posed head, -1 beside it."""
+        import mitsuba as mi
+
+        side = self._resolution
+        ray = self._rays(self._camera(view), mi.Point2f(0.5), (0, 0, side, side), 1)
+        hit = self._scene.ray_intersect_preliminary(ray, True)
+        seen: NDArray[np.int32] = np.where(hit.is_valid(), hit.prim_index, -1).astype(np.int32).reshape(side, side)
+        return seen
 
     def _mean(self, samples: Any, count: int, window: Window) -> NDArray[np.float32]:
         import drjit as dr
@@ -109,53 +132,54 @@ class PairedRenderer:
         import drjit as dr
         import mitsuba as mi
 
-        ray = self._primary_rays(sensor, sampler, window)
-        scene = self._scenes[rig]
-        surface = scene.ray_intersect(ray, int(mi.RayFlags.All), True)
-        head = surface.is_valid() & (surface.shape == mi.ShapePtr(self._heads[rig].shape))
-        light, arriving = _sample_light(scene, surface, sampler.next_2d(head), head)
-        outgoing = surface.to_local(light.d)
-        context = mi.BSDFContext()
-        specular = self._black.eval(context, surface, outgoing, head)
-        diffuse = self._white.eval(context, surface, outgoing, head) - specular
-        specular, diffuse = specular * arriving, diffuse * arriving
-        colours = [mi.Color3f(texture.eval(surface.uv, head)) for texture in maps]
-        return [dr.select(head, colour * diffuse + specular, 0) for colour in colours], dr.select(head, 1.0, 0.0)
+        ray = self._rays(sensor, sampler.next_2d(), window, sampler.sample_count())
+        radiance, throughput = [mi.Color3f(0.0) for _ in maps], [mi.Color3f(1.0) for _ in maps]
+        active, covered = mi.Bool(True), mi.Float(0.0)
+        for point in range(self._points):
+            surface = self._scene.ray_intersect(ray, int(mi.RayFlags.All), point == 0, active)
+            active = active & surface.is_valid()
+            if point == 0:
+                covered = dr.select(active, 1.0, 0.0)
+            colours = [mi.Color3f(texture.eval(surface.uv, active)) for texture in maps]
+            direction, arriving = self._lights[rig].sample(self._scene, surface, sampler.next_2d(active), active)
+            diffuse, specular = self._reflected(surface, surface.to_local(direction), arriving, active)
+            for k, colour in enumerate(colours):
+                radiance[k] += dr.select(active, throughput[k] * (colour * diffuse + specular), 0.0)
+            if point + 1 == self._points:
+                break
+            numbers = sampler.next_1d(active), sampler.next_2d(active)
+            bounce, _ = self._grey.sample(mi.BSDFContext(), surface, *numbers, active)
+            active = active & (bounce.pdf > 0)
+            diffuse, specular = self._reflected(surface, bounce.wo, dr.rcp(bounce.pdf), active)
+            throughput = [t * (colour * diffuse + specular) for t, colour in zip(throughput, colours, strict=True)]
+            ray = surface.spawn_ray(surface.to_world(bounce.wo))
+        return radiance, covered
 
-    def _primary_rays(self, sensor: Any, sampler: Any, window: Window) -> Any:
+    def _reflected(self, surface: Any, outgoing: Any, arriving: Any, active: Any) -> tuple[Any, Any]:
+        """What the skin makes of light along a local direction: albedo · the first + the second."""
+        import mitsuba as mi
+
+        context = mi.BSDFContext()
+        specular = self._black.eval(context, surface, outgoing, active)
+        diffuse = self._white.eval(context, surface, outgoing, active) - specular
+        return diffuse * arriving, specular * arriving
+
+    def _rays(self, sensor: Any, offset: Any, window: Window, count: int) -> Any:
+        """``count`` camera rays for each pixel of a window, at ``offset`` in [0, 1]² within it."""
         import drjit as dr
         import mitsuba as mi
 
         left, top, width, height = window
-        pixel = dr.arange(mi.UInt32, width * height * sampler.sample_count()) // sampler.sample_count()
+        pixel = dr.arange(mi.UInt32, width * height * count) // count
         corner = mi.Point2f(mi.Float(pixel % width + left), mi.Float(pixel // width + top))
-        position = (corner + sampler.next_2d()) / self._resolution
-        ray, _ = sensor.sample_ray(0.0, 0.5, position, mi.Point2f(0.5))
+        ray, _ = sensor.sample_ray(0.0, 0.5, (corner + offset) / self._resolution, mi.Point2f(0.5))
         return ray
 
 
-def _sample_light(scene: Any, surface: Any, sample: Any, active: Any) -> tuple[Any, Any]:
-    """A direction to a light and what arrives from there, with its shadow.
-
-    The scene's own sampling numbers the lights as they lie in memory, differently in every process; here they are
-    taken in the order of their names.
-    """
-    import drjit as dr
-    import mitsuba as mi
-
-    lights = sorted(scene.emitters(), key=lambda emitter: str(emitter.id()))
-    weights = np.array([float(np.array(light.sampling_weight()).item()) for light in lights])
-    share = weights / weights.sum()
-    first = np.cumsum(share) - share
-    index = dr.zeros(mi.UInt32, dr.width(sample))
-    for begin in first[1:]:
-        index += dr.select(sample.x >= float(begin), mi.UInt32(1), mi.UInt32(0))
-    offset, chance = (dr.gather(mi.Float, mi.Float(values), index) for values in (first, share))
-    light = dr.gather(mi.EmitterPtr, dr.concat([mi.EmitterPtr(light) for light in lights]), index, active)
-    reused = mi.Point2f((sample.x - offset) / chance, sample.y)
-    direction, arriving = light.sample_direction(surface, reused, active)
-    shadowed = scene.ray_test(surface.spawn_ray_to(direction.p), True, active)
-    return direction, dr.select(shadowed, 0.0, arriving / chance)
+def stratified(spp: int) -> int:
+    """The number of samples, at least ``spp``, that the sampler takes: strata that tile a pixel's square."""
+    rows = math.isqrt(spp)
+    return rows * -(-spp // rows)
 
 
 def upload(encoded: NDArray[np.float32]) -> Any:

@@ -1,32 +1,83 @@
-"""A sentence that a person acts on, from the errors of a pack."""
+"""From errors to a sentence that a person acts on. What the limits mean and where they come from: docs/verdict.md."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
-# A ΔE2000 of one is what an observer just notices side by side; a mean FLIP of 0.05 is plain to see when flipping.
-INVISIBLE_DELTA_E = 1.0
-VISIBLE_DELTA_E = 3.0
-VISIBLE_FLIP = 0.05
+LEVELS = ("identical", "indistinguishable", "visible", "fails")
 
 
-def verdict(pack: dict[str, Any]) -> tuple[str, str]:
-    """Judge a pack by its worst render: indistinguishable, visible, or failing; with where and by how much.
+@dataclass(frozen=True)
+class Limit:
+    """The most that a render may differ: 95th percentile of ΔE2000, and mean FLIP, over head pixels."""
+
+    delta_e: float
+    flip: float
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """Where one level ends and the next begins.
+
+    Attributes
+    ----------
+    indistinguishable : up to here nobody tells the images apart side by side.
+    visible : up to here it takes a comparison to see the difference; beyond, it is plain.
+    """
+
+    indistinguishable: Limit = Limit(1.0, 0.05)
+    visible: Limit = Limit(3.0, 0.10)
+
+    def level(self, delta_e: float, flip: float) -> str:
+        """The level of a render with these errors."""
+        if delta_e == flip == 0:
+            return "identical"
+        if self.severity(delta_e, flip) <= 1:
+            return "indistinguishable"
+        return "visible" if delta_e <= self.visible.delta_e and flip <= self.visible.flip else "fails"
+
+    def severity(self, delta_e: float, flip: float) -> float:
+        """The larger of both errors over its limit of indistinguishability."""
+        return max(delta_e / self.indistinguishable.delta_e, flip / self.indistinguishable.flip)
+
+
+DEFAULT_THRESHOLDS = Thresholds()
+
+
+def verdict(k: int, renders: Sequence[dict[str, Any]], thresholds: Thresholds) -> tuple[str, str]:
+    """Judge pack ``k`` by its worst render.
 
     Parameters
     ----------
-    pack : the metrics of a pack with ``worst`` for each of them, as in the validation document.
+    renders : as in the validation document.
 
     Returns
     -------
-    level : ``"identical"``, ``"indistinguishable"``, ``"visible"`` or ``"fails"``.
-    sentence : the same for a person, with figures.
+    level : one of :data:`LEVELS`.
+    sentence : the same for a person: at which expression, view and light, where on the face, by how much, how often.
     """
-    colour, flip = pack["worst"]["delta_e_p95"], pack["worst"]["flip"]
-    where = f"{colour['expression']}, {colour['view'].replace('_', ' ')} view, {colour['light']} light"
-    figures = f"95 % of head pixels within dE2000 {colour['value']:.1f} at worst ({where})"
-    if pack["image_rmse"] == 0:
-        return "identical", "Identical: every rendered pixel is the same."
-    if colour["value"] <= INVISIBLE_DELTA_E and flip["value"] <= VISIBLE_FLIP:
-        return "indistinguishable", f"Indistinguishable: {figures}."
-    if colour["value"] <= VISIBLE_DELTA_E and flip["value"] <= 2 * VISIBLE_FLIP:
-        return "visible", f"Visible side by side: {figures}."
-    return "fails", f"Fails: {figures}; mean FLIP up to {flip['value']:.3f}."
+    worst = worst_render(k, renders, thresholds)
+    numbers = worst["packs"][k]
+    level = numbers["level"]
+    if level == "identical":
+        return level, "Identical: every rendered pixel is the same."
+    figures = f"dE2000 {numbers['delta_e_p95']:.2g} at the 95th percentile and FLIP {numbers['flip']:.2g}"
+    place = f"{worst['expression']}, {worst['view'].replace('_', ' ')} view, {worst['light']} light"
+    where = f", most on the {numbers['where']['region']}" if numbers["where"] else ""
+    doubt = "" if numbers["decided"] else f"; too close to the limit to tell with {worst['spp']} samples a pixel"
+    if level == "indistinguishable":
+        return level, f"Indistinguishable: at most {figures} in {len(renders)} renders (worst {place}{where}){doubt}."
+    word, limit = ("Visible", thresholds.indistinguishable) if level == "visible" else ("Fails", thresholds.visible)
+    often = sum(LEVELS.index(render["packs"][k]["level"]) >= LEVELS.index(level) for render in renders)
+    allowed = f"limits {limit.delta_e:g} and {limit.flip:g}"
+    return level, f"{word} at {place}{where}: {figures} ({allowed}); so in {often} of {len(renders)} renders{doubt}."
+
+
+def worst_render(k: int, renders: Sequence[dict[str, Any]], thresholds: Thresholds) -> dict[str, Any]:
+    """The render with the highest level, and of those the highest severity, of pack ``k``."""
+
+    def badness(render: dict[str, Any]) -> tuple[int, float]:
+        numbers = render["packs"][k]
+        return LEVELS.index(numbers["level"]), thresholds.severity(numbers["delta_e_p95"], numbers["flip"])
+
+    return max(renders, key=badness)

@@ -1,6 +1,6 @@
 """The README's picture: expressions of a character, original above, compressed in the middle, their difference below.
 
-python -m reports.portrait out/demo/character out/demo/paper.facezip docs/portrait.webp
+python -m reports.portrait out/demo/character out/demo/character.facezip docs/portrait.webp
 """
 
 import sys
@@ -20,11 +20,11 @@ EXPRESSIONS = ("brows_up", "smile", "anger", "jaw_open", "squeeze")
 VIEW = View("portrait", azimuth=6, elevation=3, extent=0.80, aim=(0.0, 0.075))
 SIDE, MARGIN, SPP = 420, 30, 144
 BACKDROP = 0.012
-FULL_SCALE = 16
+FULL_SCALE = 8
 
 
 def portrait(character_folder: Path, pack: Path) -> NDArray[np.uint8]:
-    """``(3·SIDE, …, 3)``: one column an expression; differences in inferno, lightest at 16 of 255."""
+    """``(3·SIDE, …, 3)``: one column an expression; differences in inferno, lightest at 8 of 255."""
     character, model = load_character(character_folder), read_pack(pack)
     renderer = PairedRenderer(character.topology, frame_of(character.neutral_vertices), ["studio"], "skin", SIDE)
     columns = []

@@ -7,6 +7,15 @@ from reports.tables import Table
 
 
 @dataclass(frozen=True)
+class Strip:
+    """Pictures side by side as one image: its title, a data URI, and what it shows, from left to right."""
+
+    title: str
+    uri: str
+    words: str
+
+
+@dataclass(frozen=True)
 class Section:
     """One table or figure.
 
@@ -16,6 +25,7 @@ class Section:
     title, intro : heading, and the sentences under it.
     legend : mark, label and note of every method shown.
     plots : pairs of a plot for a wide page and for a telephone; each page shows one of them.
+    strips : pictures.
     tables : shown, or behind a click where ``folded``.
     """
 
@@ -25,5 +35,6 @@ class Section:
     intro: str
     legend: tuple[tuple[Mark, str, str], ...] = ()
     plots: tuple[tuple[Plot, Plot], ...] = ()
+    strips: tuple[Strip, ...] = ()
     tables: tuple[Table, ...] = ()
     folded: bool = False

@@ -15,6 +15,7 @@ from reports.images import ColourScale
 from reports.metrics import IMAGE_METRICS, measured
 from reports.page import write_page
 from reports.pictures import HERO, OTHER, WORST
+from reports.places import Place, limits_of, region_table, tally, worst_places
 from reports.summary import comparison_table, distinctly_named, error_bars, headline, memory_table, tiles
 
 PAGE, DATA = "index.html", "report.json"
@@ -45,11 +46,14 @@ def write_validation_report(document: Mapping[str, Any], folder: Path) -> Path:
     pack = headline(data["packs"])
     columns = measured(IMAGE_METRICS, (numbers for render in data["renders"] for numbers in render["packs"]))
     cards = make_cards(data, folder, pack, scale, columns)
+    places = worst_places(data["packs"], folder, scale)
     write_whole(folder / DATA, text.encode())
-    return write_page(folder / PAGE, "validation.html", **_context(data, pack, cards, scale), columns=columns)
+    return write_page(folder / PAGE, "validation.html", **_context(data, pack, cards, places, scale), columns=columns)
 
 
-def _context(data: dict[str, Any], pack: int, cards: list[Card], scale: ColourScale) -> dict[str, Any]:
+def _context(
+    data: dict[str, Any], pack: int, cards: list[Card], places: list[Place], scale: ColourScale
+) -> dict[str, Any]:
     packs = data["packs"]
     return {
         "document": data,
@@ -57,6 +61,10 @@ def _context(data: dict[str, Any], pack: int, cards: list[Card], scale: ColourSc
         "best": packs[pack],
         "pack": pack,
         "tiles": tiles(packs[pack]),
+        "tallies": [tally(entry) for entry in packs],
+        "places": places,
+        "regions": region_table(packs),
+        "limits": limits_of(data["conditions"]),
         "hero": cards[0] if cards else None,
         "cards": cards[1:],
         "aspect": max((card.size[0] / card.size[1] for card in cards), default=1.0),

@@ -1,6 +1,7 @@
-"""``facezip paper``: the paper's Table 1 and Figures 6 and 7, on any character, with our methods beside its own."""
+"""``facezip paper``: the paper's Table 1 and Figures 6, 7 and 8, on any character, with our methods beside its own."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,12 +15,14 @@ if TYPE_CHECKING:
     from reports.paper.experiments import Settings
 
 REPORT_FILE = "paper.json"
+Shapes = Callable[[Character], dict[str, Any]]
 EMBEDDED = (512, 1024, 2048)
 POSITIVE = click.IntRange(min=1)
 
 
 @click.command("paper")
 @click.argument("character", type=options.FOLDER, required=False)
+@click.option("--template", type=options.FOLDER, metavar="FOLDER", help="Shapes to generate, for Figure 8.")
 @click.option("-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder for the report.")
 @click.option(
     "--resolution",
@@ -50,6 +53,7 @@ POSITIVE = click.IntRange(min=1)
 @options.as_json
 def command(
     character: Path | None,
+    template: Path | None,
     output: Path,
     resolutions: tuple[int, ...],
     expressions: int,
@@ -58,7 +62,7 @@ def command(
     mask_counts: tuple[int, ...],
     **settings: int,
 ) -> None:
-    """Reproduce the paper's Table 1, Figure 6 and Figure 7 on CHARACTER: DIR/index.html.
+    """Reproduce the paper's Table 1 and Figures 6, 7 and 8 on CHARACTER: DIR/index.html.
 
     Without CHARACTER on the embedded one, made at 512, 1024 and 2048 texels; scans are taken at their own size and
     halved down to 256, never enlarged. DIR/paper.json holds every number of the page.
@@ -67,16 +71,21 @@ def command(
     from reports.paper.report import write_paper_report
     from reports.paper.reproduction import reproduce
 
+    if character is None and template is not None:
+        raise click.UsageError("--template is for scans: the embedded character has its own")
+
     with whole_folder(output, overwrite, lambda folder: (folder / REPORT_FILE).is_file()) as folder:
         if character is None:
             people, widths = _embedded(resolutions or EMBEDDED, expressions, settings["seed"])
+            shapes: Shapes | None = partial(_embedded_shapes, seed=settings["seed"])
             origin = "the embedded character, made anew at each size"
         else:
             people, widths = _scanned(load_character(character), resolutions)
+            shapes = partial(_scanned_shapes, template=template, seed=settings["seed"]) if template else None
             origin = f"the scans’ own {widths[0]} texels and halves of it by a box filter"
         chosen = Settings(**settings, mask_counts=mask_counts or MASK_COUNTS)
-        document = reproduce(people, len(widths), chosen, origin)
-        document["command"] = _call(character, output, expressions, widths, chosen)
+        document = reproduce(people, len(widths), chosen, origin, shapes)
+        document["command"] = _call(character, template, output, expressions, widths, chosen)
         write_paper_report(document, folder)
     answer = {**document, "output": str(output), "report": str(output / "index.html")}
     options.answer(answer, as_json, lambda: _lines(answer))
@@ -95,9 +104,33 @@ def _scanned(scans: Character, wanted: Sequence[int]) -> tuple[Iterable[Characte
     return at_widths(scans, widths), widths
 
 
-def _call(character: Path | None, output: Path, expressions: int, widths: Sequence[int], settings: "Settings") -> str:
+def _embedded_shapes(scans: Character, seed: int) -> dict[str, Any]:
+    from reports.paper.generated import figure_8
+    from scenes.character import Person
+    from scenes.template import embedded_template
+
+    person = Person.make(scans.resolution[0], seed)
+    return figure_8(scans, embedded_template(), seed, lambda shape: person.texture({shape: 1.0}))
+
+
+def _scanned_shapes(scans: Character, template: Path, seed: int) -> dict[str, Any]:
+    from facezip.rigging.template import load_template
+    from reports.paper.generated import figure_8
+
+    return figure_8(scans, load_template(template, scans.topology), seed, None)
+
+
+def _call(
+    character: Path | None,
+    template: Path | None,
+    output: Path,
+    expressions: int,
+    widths: Sequence[int],
+    settings: "Settings",
+) -> str:
     """The command that makes the same report again."""
     words = ["facezip paper", f"--expressions {expressions}" if character is None else str(character), f"-o {output}"]
+    words += [f"--template {template}"] if template else []
     words += [f"--resolution {width}" for width in widths]
     words += [f"--mask-count {count}" for count in settings.mask_counts]
     words += [f"--{name} {getattr(settings, name)}" for name in ("masks", "restarts", "starts", "seed")]

@@ -8,9 +8,10 @@ import click
 from facezip.character import Character, load_character
 from facezip.commands import options
 from facezip.commands.candidates import candidate
-from facezip.writing import whole_folder
+from facezip.writing import resumable_folder
 
 if TYPE_CHECKING:
+    from render.settings import Settings
     from render.validation import Candidate
 
 REPORT_FILE = "report.json"
@@ -20,22 +21,37 @@ REPORT_FILE = "report.json"
 @click.argument("character", type=options.FOLDER)
 @click.argument("packs", type=options.FOLDER, nargs=-1, required=True, metavar="PACK...")
 @click.option("-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder for the report.")
-@click.option("--views", default=2, show_default=True, metavar="N", help="How many of the camera views.")
-@click.option("--lights", default=2, show_default=True, metavar="N", help="How many of the light rigs.")
-@click.option("--material", type=click.Choice(["skin", "diffuse"]), default="skin", show_default=True)
-@click.option("--resolution", default=512, show_default=True, metavar="PIXELS", help="Side of the rendered images.")
-@click.option("--spp", default=16, show_default=True, metavar="N", help="Samples per pixel.")
-@click.option("--seed", default=0, show_default=True, metavar="S")
+@click.option("--config", type=options.FOLDER, metavar="FILE.toml", help="Views, lights, skin, samples, limits.")
+@click.option("--views", type=int, metavar="N", help="How many of the camera views.  [default: 2]")
+@click.option("--lights", type=int, metavar="N", help="How many of the light rigs.  [default: 2]")
+@click.option("--material", type=click.Choice(["skin", "diffuse"]), help="What light meets.  [default: skin]")
+@click.option("--transport", type=click.Choice(["direct", "full"]), help="How light travels.  [default: direct]")
+@click.option("--resolution", type=int, metavar="PIXELS", help="Side of the rendered images.  [default: 512]")
+@click.option("--spp", type=int, metavar="N", help="Samples per pixel to begin with.  [default: 16]")
+@click.option("--max-spp", type=int, metavar="N", help="Samples where the verdict is close.  [default: 4 x spp]")
+@click.option("--seed", type=int, metavar="S", help="Of all random numbers.  [default: 0]")
 @options.overwrite
 @options.as_json
 def command(
-    character: Path, packs: tuple[Path, ...], output: Path, overwrite: bool, as_json: bool, **settings: Any
+    character: Path,
+    packs: tuple[Path, ...],
+    output: Path,
+    config: Path | None,
+    overwrite: bool,
+    as_json: bool,
+    **given: Any,
 ) -> None:
     """Render every expression of CHARACTER with its original and its compressed textures, and report the difference.
 
     Both sides are shaded on the same light paths, so that the difference is the compression's alone. In the place of
     a PACK stands, if you like, a second CHARACTER: textures that another tool made are judged the same way.
+
+    A run that is broken off goes on where it was when it is started again. With --overwrite, renders of the report
+    that is there are kept where nothing that made them has changed.
     """
+    from render.settings import read_settings
+
+    settings = read_settings(config, {key: value for key, value in given.items() if value is not None})
     scans = load_character(character)
     candidates = [candidate(scans, path) for path in packs]
     document = _validate_into(scans, candidates, output, overwrite, settings)
@@ -47,14 +63,15 @@ def _validate_into(
     candidates: "list[Candidate]",
     output: Path,
     overwrite: bool,
-    settings: dict[str, Any],
+    settings: "Settings",
 ) -> dict[str, Any]:
     """Render, measure and report into the folder ``output``; returns the report's document."""
-    from render.validation import Settings, validate
+    from render.validation import validate
     from reports.validation import write_validation_report
 
-    with whole_folder(output, overwrite, lambda folder: (folder / REPORT_FILE).is_file()) as folder:
-        document = validate(scans, candidates, folder, Settings(**settings))
+    earlier = output if output.is_dir() else None
+    with resumable_folder(output, overwrite, lambda folder: (folder / REPORT_FILE).is_file()) as folder:
+        document = validate(scans, candidates, folder, settings, earlier)
         write_validation_report(document, folder)
     return document
 
@@ -62,12 +79,13 @@ def _validate_into(
 def _lines(document: dict[str, Any], output: Path) -> list[str]:
     lines = []
     for pack in document["packs"]:
-        worst = pack["worst"]["delta_e_p95"]
         lines += [
             f"{pack['name']}: {pack['verdict']}",
             f"  texture RMSE {pack['texture_rmse']:.2f}, image RMSE {pack['image_rmse']:.2f} of 255 "
             f"(noise floor {pack['noise_floor']:.2f}), dE2000 p95 {pack['delta_e_p95']:.2f}, FLIP {pack['flip']:.4f}, "
             f"SSIM {pack['ssim']:.4f}",
-            f"  worst {worst['expression']}, view {worst['view']}, light {worst['light']}",
         ]
+    count, rendered, seconds = len(document["renders"]), document["rendered"], document["seconds"]
+    taken = f", {count - rendered} taken over" if rendered < count else ""
+    lines.append(f"{rendered} renders in {seconds['render']:.1f} s, measured in {seconds['metrics']:.1f} s{taken}")
     return [*lines, f"{output / 'index.html'}"]

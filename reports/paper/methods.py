@@ -37,5 +37,8 @@ METHODS = {
         Method("paper_unpermuted", "Paper without permutation", "rival-0", "open-diamond"),
         Method("pca_4", "PCA(4)", "rival-2", "square"),
         Method("pca_8", "PCA(8)", "rival-2", "open-square"),
+        Method("ours", "Refined, geometry-aware weight maps", "pack-0", "disc"),
+        Method("naive", "Naive sum of differences", "rival-2", "square"),
+        Method("neutral", "Scanned neutral", "rival-2", "open-square"),
     )
 }

@@ -1,6 +1,6 @@
 """All experiments in turn, each on what the others have made already, as one document."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict
 from time import perf_counter
 from typing import Any
@@ -28,8 +28,14 @@ MASK_TEXELS, WARM_TEXELS = 512, 64
 LIBRARIES = ("facezip", "numpy", "numba", "scikit-learn", "scipy")
 
 
-def reproduce(characters: Iterable[Character], count: int, settings: Settings, origin: str) -> dict[str, Any]:
-    """The paper's Table 1, Figure 6 and Figure 7, with our methods beside its own.
+def reproduce(
+    characters: Iterable[Character],
+    count: int,
+    settings: Settings,
+    origin: str,
+    generated: Callable[[Character], dict[str, Any]] | None = None,
+) -> dict[str, Any]:
+    """The paper's Table 1 and Figures 6, 7 and 8, with our methods beside its own.
 
     Parameters
     ----------
@@ -37,11 +43,12 @@ def reproduce(characters: Iterable[Character], count: int, settings: Settings, o
     count : how many they are.
     settings : what the experiments may be told.
     origin : where the sizes come from, in words.
+    generated : measures Figure 8 on the first of them; None where there are no shapes to generate.
 
     Returns
     -------
     Plain data (``facezip-paper/1``): ``table_1``, ``figure_6``, ``figure_7_convergence``, ``figure_7_masks``,
-    ``findings``, ``conditions``, ``character``, ``published``, ``seconds``.
+    ``figure_8``,     ``findings``, ``conditions``, ``character``, ``published``, ``seconds``.
     """
     begin = perf_counter()
     rows, reference = [], None
@@ -54,7 +61,7 @@ def reproduce(characters: Iterable[Character], count: int, settings: Settings, o
         reference = reference or trial
     if reference is None:
         raise ValueError("no character to measure")
-    document = {
+    document: dict[str, Any] = {
         "format": FORMAT,
         "character": reference.character.facts,
         "conditions": _conditions(reference.character, settings, origin),
@@ -63,6 +70,7 @@ def reproduce(characters: Iterable[Character], count: int, settings: Settings, o
         "figure_6": figure_6(reference),
         "figure_7_convergence": figure_7_convergence(reference),
         "figure_7_masks": _masks(reference, rows, settings),
+        "figure_8": generated(reference.character) if generated else None,
     }
     return document | {"findings": find(document), "seconds": {"total": round(perf_counter() - begin, 2)}}
 

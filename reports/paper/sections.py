@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from reports.paper import figure_6, figure_7_left, figure_7_right, table_1
+from reports.paper import figure_6, figure_7_left, figure_7_right, figure_8, table_1
 from reports.paper.table_1 import size
 from reports.sections import Section
 
@@ -12,7 +12,8 @@ WIDE, NARROW = 560.0, 380.0
 
 def sections(document: Mapping[str, Any]) -> list[Section]:
     """All sections in the order of the page; a further figure is one more function here."""
-    return [_table_1(document), _figure_6(document), _figure_7_left(document), _figure_7_right(document)]
+    makers = (_table_1, _figure_6, _figure_7_left, _figure_7_right, figure_8.section)
+    return [make(document) for make in makers]
 
 
 def _table_1(document: Mapping[str, Any]) -> Section:

@@ -85,8 +85,7 @@ def table(one: Round) -> Table:
             )
             rows.append(TableRow(family.label, cells, _made(point), strong=point in best))
     columns = ("Bytes a texel", "RMSE", "Fetches", "Seconds")
-    caption = f"{one['expressions']} expressions. Bold: nothing of the family has less error at no more bytes."
-    return Table(caption, "Stored", columns, tuple(rows))
+    return Table(f"{one['expressions']} expressions", "Stored", columns, tuple(rows))
 
 
 def _axis(most: float, begin: float, end: float, count: int) -> Axis:

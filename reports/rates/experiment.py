@@ -39,9 +39,9 @@ def measure_rates(character: Character, total: int, effort: str, seed: int) -> d
         ``BAD_VALUE`` for a ``total`` that adds nothing.
     """
     begin = perf_counter()
-    rounds = [_round(character, effort)]
-    if total:
-        rounds.append(_round(with_blends(character, total, seed), effort))
+    # Before any work: it refuses a total that adds nothing.
+    larger = [with_blends(character, total, seed)] if total else []
+    rounds = [_round(one, effort) for one in (character, *larger)]
     return {
         "format": FORMAT,
         "character": character.facts,

@@ -25,7 +25,7 @@ EXPRESSIONS: dict[str, dict[str, float]] = {
     "disgust": _both(noseSneer=1.0, mouthUpperUp=0.75, browDown=0.55, cheekSquint=0.6, mouthFrown=0.3),
     "fear": _both(browInnerUp=1.0, browOuterUp=0.4, browDown=0.3, eyeWide=0.9, mouthStretch=0.8, jawOpen=0.22),
     "blink": _both(eyeBlink=1.0),
-    "squeeze": _both(eyeBlink=0.92, eyeSquint=1.0, cheekSquint=1.0, browDown=0.85, noseSneer=0.6, mouthPress=0.3),
+    "squeeze": _both(eyeBlink=0.6, eyeSquint=1.0, cheekSquint=1.0, browDown=0.85, noseSneer=0.6, mouthPress=0.3),
     "pucker": _both(mouthPucker=1.0),
     "funnel": _both(mouthFunnel=1.0, jawOpen=0.2),
     "jaw_open": _both(jawOpen=1.0),

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from facezip.textures import decode_srgb
-from render.paired import PairedRenderer, upload
+from render.paired import TRANSPORTS, PairedRenderer, stratified, upload
 from scenes.cameras import VIEWS, camera, frame_of
 from scenes.lights import RIGS
 from scenes.materials import MATERIALS
@@ -46,13 +46,16 @@ import drjit as dr
 dr.set_thread_count(int(sys.argv[1]))
 import numpy as np
 from tests.render.conftest import lumpy_head
-from render.paired import PairedRenderer, upload
+from render.paired import TRANSPORTS, PairedRenderer, stratified, upload
 from scenes.cameras import VIEWS, frame_of
 vertices, topology = lumpy_head()
-renderer = PairedRenderer(topology, frame_of(vertices), ["studio"], "skin", 48)
-renderer.pose(vertices)
 texture = np.random.default_rng(0).random((32, 32, 3), dtype=np.float32)
-print(hashlib.sha256(renderer.render([upload(texture)], VIEWS[1], "studio", 4, 0).linear.tobytes()).hexdigest())
+digest = hashlib.sha256()
+for transport in ("direct", "full"):
+    renderer = PairedRenderer(topology, frame_of(vertices), ["studio"], "skin", 48, transport)
+    renderer.pose(vertices)
+    digest.update(renderer.render([upload(texture)], VIEWS[1], "studio", 4, 0).linear.tobytes())
+print(digest.hexdigest())
 """
 
 
@@ -98,18 +101,30 @@ def test_the_right_of_the_texture_is_the_left_of_the_character(renderer):
     assert np.argwhere(red)[:, 1].mean() > np.argwhere(green)[:, 1].mean() + 10
 
 
-@pytest.mark.parametrize("rig", list(RIGS))
-@pytest.mark.parametrize("material", list(MATERIALS))
-def test_it_agrees_with_mitsubas_own_integrator(head, texture, material, rig):
+def bowl(vertices):
+    """The ball with its front pushed in: a bowl in which light goes to and fro."""
+    x, y, z = vertices.T
+    return np.stack([x, y, np.where(z > 4, 8 - z, z)], axis=1).astype(np.float32)
+
+
+LOOKS = [(material, rig, "direct") for material in MATERIALS for rig in RIGS]
+LOOKS += [("skin", "studio", "full"), ("diffuse", "daylight", "full")]
+
+
+@pytest.mark.parametrize(("material", "rig", "transport"), LOOKS)
+def test_it_agrees_with_mitsubas_own_integrator(head, texture, material, rig, transport):
     import mitsuba as mi
 
     vertices, topology = head
     frame = frame_of(vertices)
-    paired = PairedRenderer(topology, frame, [rig], material, 32)
+    if transport == "full":
+        vertices = bowl(vertices)
+    paired = PairedRenderer(topology, frame, [rig], material, 32, transport)
     paired.pose(vertices)
     ours = shade(paired, [texture], FRONT, rig, 256, 0)
     bitmap = {"type": "bitmap", "data": mi.TensorXf(decode_srgb(texture)), "raw": True, "wrap_mode": "clamp"}
-    scene = stage(_textured(head, MATERIALS[material](bitmap)), frame, rig)
+    depth = 2 if transport == "direct" else -1
+    scene = stage(_textured((vertices, topology), MATERIALS[material](bitmap)), frame, rig, depth)
     scene = mi.load_dict(scene | {"sensor": camera(FRONT, frame, 32)})
     theirs = np.array(mi.render(scene, spp=256, seed=7))[..., :3]
     inside = ours.coverage == 1
@@ -137,6 +152,38 @@ def _textured(head, bsdf):
     parameters["faces"] = topology.faces.astype(np.uint32).ravel()
     parameters.update()
     return mesh
+
+
+def test_light_between_parts_of_the_skin_only_adds(head, texture):
+    vertices, topology = head
+    images = []
+    for transport in TRANSPORTS:
+        renderer = PairedRenderer(topology, frame_of(vertices), ["studio"], "diffuse", 32, transport)
+        renderer.pose(bowl(vertices))
+        images.append(shade(renderer, [texture, texture.copy(), texture * 0.5], FRONT, "studio", 16, 0).linear)
+    direct, full = images
+    assert (full[0].sum(axis=2) >= direct[0].sum(axis=2) - 1e-3).mean() > 0.9
+    assert full[0].mean() > 1.03 * direct[0].mean()
+    np.testing.assert_array_equal(full[0], full[1])
+
+
+def test_every_pixel_of_the_head_knows_its_triangle(head, renderer, texture):
+    vertices, topology = head
+    triangles = renderer.triangles(FRONT)
+    coverage = shade(renderer, [texture], FRONT, "studio", 4, 0).coverage
+    assert (triangles >= 0)[coverage == 1].all()
+    assert (triangles < 0)[coverage == 0].all()
+    rows = np.argwhere(triangles >= 0)[:, 0]
+    heights = vertices[topology.faces[triangles[triangles >= 0]]].mean(axis=1)[:, 1]
+    assert np.corrcoef(rows, heights)[0, 1] < -0.99
+
+
+@pytest.mark.parametrize("spp", [1, 2, 3, 4, 5, 7, 8, 11, 13, 16, 32, 64, 100])
+def test_the_number_of_strata_is_that_of_the_sampler(renderer, spp):
+    import mitsuba as mi
+
+    sampler = mi.load_dict({"type": "multijitter", "sample_count": spp})
+    assert sampler.sample_count() == stratified(spp)
 
 
 def test_no_light_stands_before_a_camera(head, texture):

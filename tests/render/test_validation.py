@@ -1,15 +1,20 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from facezip import FaceZipError
 from render.exr import read_exr
-from render.validation import Candidate, Settings, validate
+from render.settings import Settings
+from render.store import RENDERS
+from render.validation import Candidate, validate
+from render.verdict import Limit, Thresholds
+from scenes.cameras import VIEWS
 
 FACTS = {"method": "textures", "bytes_on_gpu": 1, "bytes_on_disk": None, "bytes_raw": 1, "fetches": None}
 FACTS |= {"texture_rmse": 0.0, "texture_rmse_per_expression": {}}
-SMALL = Settings(views=2, lights=2, resolution=48, spp=2)
+SMALL = Settings(resolution=48, spp=2, max_spp=2)
 
 
 @pytest.fixture(scope="module")
@@ -62,9 +67,96 @@ def test_the_same_run_gives_the_same_numbers(character, result, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "settings", [{"views": 0}, {"lights": 99}, {"spp": 3}, {"resolution": 1}, {"material": "chrome"}, {"seed": -1}]
+    "settings", [{"spp": 3}, {"resolution": 1}, {"material": "chrome"}, {"seed": -1}, {"views": ()}]
 )
 def test_settings_outside_their_range_are_refused(character, tmp_path, settings):
     with pytest.raises(FaceZipError, match=next(iter(settings))):
         validate(character, [], tmp_path, Settings(**settings))
     assert not any(tmp_path.iterdir())
+
+
+def test_resolved_settings_and_versions_are_in_the_result(result):
+    conditions = result[0]["conditions"]
+    assert [view["name"] for view in conditions["views"]] == [view.name for view in VIEWS[:2]]
+    assert conditions["views"][0]["azimuth"] == VIEWS[0].azimuth
+    assert conditions["lights"] == ["studio", "side"]
+    assert conditions["thresholds"]["indistinguishable"] == {"delta_e": 1.0, "flip": 0.05}
+    assert {"transport", "material", "max_spp", "mitsuba", "pixels_per_degree"} < {*conditions}
+
+
+def brighter(character, amount):
+    return Candidate("brighter", lambda name: np.clip(character.texture(name) + np.float32(amount), 0, 1), FACTS)
+
+
+def one_look(limits, **changes):
+    sizes = {"resolution": 48, "spp": 4, "max_spp": 16, "views": VIEWS[:1], "lights": ("studio",)}
+    return Settings(**{**sizes, "thresholds": limits, **changes})
+
+
+def test_samples_are_spent_only_where_a_limit_is_near(character, tmp_path):
+    far = validate(
+        character, [brighter(character, 0.02)], tmp_path / "far", one_look(Thresholds(Limit(20, 1), Limit(50, 1)))
+    )
+    value = far["renders"][0]["packs"][0]["delta_e_p95"]
+    near = Thresholds(Limit(value, 1), Limit(50, 1))
+    close = validate(character, [brighter(character, 0.02)], tmp_path / "close", one_look(near))
+    assert far["renders"][0]["spp"] == 4
+    assert far["packs"][0]["decided"]
+    assert close["renders"][0]["spp"] > 4
+
+
+def files_of(folder):
+    return {path.name: path.read_bytes() for path in (folder / RENDERS).iterdir()}
+
+
+@pytest.fixture(scope="module")
+def finished(character, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("finished")
+    settings = one_look(Thresholds(), lights=("studio", "side"))
+    return validate(character, [brighter(character, 0.02)], folder, settings), folder, settings
+
+
+def unlike_in_time(document):
+    return {key: value for key, value in document.items() if key not in ("seconds", "pairs_per_second", "rendered")}
+
+
+def test_only_what_is_missing_is_rendered_and_ends_in_the_same_numbers(character, finished, tmp_path):
+    document, folder, settings = finished
+    before = files_of(folder)
+    for name in ("smile.front.side.json", "frown.front.studio.exr"):
+        (folder / RENDERS / name).unlink()
+    path = folder / RENDERS / "neutral.front.studio.exr"
+    path.write_bytes(path.read_bytes()[:100])
+    again = validate(character, [brighter(character, 0.02)], folder, settings)
+    assert again["rendered"] == 3
+    assert unlike_in_time(again) == unlike_in_time(document)
+    assert files_of(folder) == before
+
+
+def test_a_changed_candidate_renders_only_what_it_changes(character, finished, tmp_path):
+    document, folder, settings = finished
+
+    def texture(name):
+        return np.clip(character.texture(name) + np.float32(0.05 if name == "smile" else 0.02), 0, 1)
+
+    changed = validate(character, [Candidate("brighter", texture, FACTS)], tmp_path, settings, folder)
+    assert changed["rendered"] == 2
+    same = [r["packs"] for r in document["renders"] if r["expression"] != "smile"]
+    assert [r["packs"] for r in changed["renders"] if r["expression"] != "smile"] == same
+
+
+@pytest.mark.parametrize("change", [{"seed": 1}, {"material": "diffuse"}, {"resolution": 40}, {"max_spp": 4}])
+def test_changed_settings_reuse_nothing(character, finished, tmp_path, change):
+    _, folder, settings = finished
+    changed = replace(settings, lights=("studio",), **change)
+    assert validate(character, [brighter(character, 0.02)], tmp_path, changed, folder)["rendered"] == 3
+
+
+def test_more_lights_keep_the_renders_of_the_others_and_fewer_leave_nothing_behind(character, finished, tmp_path):
+    _, folder, settings = finished
+    candidates = [brighter(character, 0.02)]
+    fewer = validate(character, candidates, tmp_path, replace(settings, lights=("side",)), folder)
+    assert fewer["rendered"] == 0
+    names = {"neutral.front.side", "smile.front.side", "frown.front.side"}
+    expected = {f"{name}{suffix}" for name in names for suffix in (".exr", ".json")} | {"front.side.floor.json"}
+    assert {*files_of(tmp_path)} == expected

@@ -39,8 +39,10 @@ def strain(head: Head, vertices: NDArray[np.float32]) -> Strain:
     deformation = np.einsum("rcji,rcjk->rcik", after, _inverse(local))
     metric = np.einsum("rcik,rcil->rckl", deformation, deformation)
     skin = _skin(head)[..., None, None]
-    excess = _smoothed((metric - np.eye(2)) * skin)
-    values, vectors = np.linalg.eigh(excess)
+    excess = _smoothed((metric - np.eye(2)) * skin, 1.0)
+    values = np.linalg.eigvalsh(excess)
+    # Folds keep their course over a longer way than the strain that raises them.
+    vectors = np.linalg.eigh(_smoothed(excess, 2.0)).eigenvectors
     stretch = np.sqrt(np.maximum(1 + values, 0.05))
     compression = np.clip(1 - stretch[..., 0], 0, MOST) * skin[..., 0, 0]
     line = np.einsum("rck,rcki->rci", vectors[..., 1], frame)
@@ -85,6 +87,6 @@ def _skin(head: Head) -> NDArray[np.float64]:
     return skin
 
 
-def _smoothed(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _smoothed(values: NDArray[np.float64], centimetres: float) -> NDArray[np.float64]:
     """Skin is stiff: strain spreads over about a centimetre."""
-    return gaussian_filter(np.clip(values, -0.9, 1.5), (3.0, 4.0, 0, 0))
+    return gaussian_filter(np.clip(values, -0.9, 1.5), (3.0 * centimetres, 4.0 * centimetres, 0, 0))

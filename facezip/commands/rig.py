@@ -1,0 +1,138 @@
+"""``facezip rig``: scans and a template in, the person's own shapes and a pack that blends them out."""
+
+import json
+from collections.abc import Mapping
+from math import isfinite
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import click
+
+from facezip.character import NEUTRAL, Character, load_character
+from facezip.commands import options
+from facezip.commands.facts import pack_facts
+from facezip.commands.options import megabytes
+from facezip.manifest import read_manifest
+from facezip.meshes import write_obj
+from facezip.methods import METHODS, compress
+from facezip.pack import is_pack, write_pack
+from facezip.progress import track
+from facezip.rigging.fit import Rig, fit_rig
+from facezip.rigging.rigged import MAPS, rigged
+from facezip.rigging.template import Template, load_template
+from facezip.rigging.weightmaps import Examples
+from facezip.writing import whole_folder
+
+DOCUMENT, SHAPES = "rig.json", "shapes"
+FORMAT = "facezip-rig/1"
+
+
+@click.command("rig")
+@click.argument("character", type=options.FOLDER)
+@click.option(
+    "--template", type=options.FOLDER, required=True, metavar="TEMPLATE", help="Folder of shapes to generate."
+)
+@click.option("-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder for the rig.")
+@click.option(
+    "--method",
+    # Uniform weights have no place to put a wrinkle.
+    type=click.Choice([name for name in METHODS if name != "pca"]),
+    default="refined",
+    show_default=True,
+    help="How the textures are compressed.",
+)
+@click.option("--maps", type=click.Choice(MAPS), default=MAPS[0], show_default=True, help="Weight maps of the shapes.")
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="S")
+@options.overwrite
+@options.as_json
+def command(
+    character: Path, template: Path, output: Path, method: str, maps: str, seed: int, overwrite: bool, as_json: bool
+) -> None:
+    """Give the person of CHARACTER the shapes of TEMPLATE, from geometry to textures.
+
+    TEMPLATE holds neutral.obj and NAME.obj per shape, such as ARKit's 52, on any identity in CHARACTER's topology; it
+    needs no textures. DIR then holds shapes/, the pack NAME.facezip whose expressions are the shapes, and rig.json:
+    what every scan is made of, and how well.
+    """
+    begin = perf_counter()
+    scans = load_character(character)
+    wanted = load_template(template, scans.topology)
+    started = perf_counter()
+    rig = fit_rig(
+        scans.neutral_vertices,
+        scans.vertices - scans.neutral_vertices,
+        scans.topology.faces,
+        wanted.neutral,
+        wanted.deltas,
+    )
+    seconds = {"rig": perf_counter() - started}
+    settings = {"method": method, "maps": maps, "seed": seed}
+    made = rigged(compress(scans, method, seed=seed), rig, wanted.shapes, maps)
+    with whole_folder(output, overwrite, _is_rig) as folder:
+        _write_shapes(folder / SHAPES, scans, wanted, rig)
+        pack = folder / f"{scans.name}.facezip"
+        bits = 8 if scans.neutral.itemsize == 1 else 16
+        write_pack(made.model, pack, name=scans.name, neutral_bits=bits, made_with={**settings, "rig": template.name})
+        seconds["total"] = perf_counter() - begin
+        document = _describe(scans, wanted, rig) | {
+            "pack": {"path": str(output / pack.name), **pack_facts(pack, read_manifest(pack))},
+            "settings": settings,
+            "damping": made.damping,
+            "seconds": {step: round(value, 3) for step, value in seconds.items()},
+        }
+        (folder / DOCUMENT).write_text(json.dumps(document, indent=1, allow_nan=False), encoding="utf-8")
+    answer = {"output": str(output), **document}
+    options.answer(answer, as_json, lambda: _lines(answer))
+
+
+def _write_shapes(folder: Path, scans: Character, wanted: Template, rig: Rig) -> None:
+    folder.mkdir()
+    write_obj(folder / f"{NEUTRAL}.obj", scans.neutral_vertices, scans.topology)
+    for name, delta in track(zip(wanted.shapes, rig.deltas, strict=True), "Writing the shapes", len(wanted.shapes)):
+        write_obj(folder / f"{name}.obj", scans.neutral_vertices + delta, scans.topology)
+
+
+def _describe(scans: Character, wanted: Template, rig: Rig) -> dict[str, Any]:
+    """The rig without its meshes, in plain data; lengths in the unit of the meshes."""
+    examples = Examples.of(rig.weights)
+    moved = scans.vertices - scans.neutral_vertices
+    sizes = (moved**2).sum(axis=2).mean(axis=1) ** 0.5
+    names = scans.expressions
+    return {
+        "format": FORMAT,
+        "character": scans.facts,
+        "shapes": list(wanted.shapes),
+        "example_weights": {
+            name: {shape: round(float(value), 4) for shape, value in zip(wanted.shapes, row, strict=True) if value > 0}
+            for name, row in zip(names, rig.weights, strict=True)
+        },
+        "fit": {
+            name: {"rms_left": float(left), "rms_displacement": float(size)}
+            for name, left, size in zip(names, rig.residuals, sizes, strict=True)
+        },
+        "unseen_shapes": [shape for shape, used in zip(wanted.shapes, rig.seen, strict=True) if not used],
+        "condition": examples.condition if isfinite(examples.condition) else None,
+        "rank": len(examples.weights),
+    }
+
+
+def _is_rig(folder: Path) -> bool:
+    return (folder / DOCUMENT).is_file() and any(is_pack(path) for path in folder.glob("*.facezip"))
+
+
+def _lines(answer: Mapping[str, Any]) -> list[str]:
+    fit = answer["fit"]
+    worst = max(fit, key=lambda name: fit[name]["rms_left"])
+    left, size = fit[worst]["rms_left"], fit[worst]["rms_displacement"]
+    unseen = answer["unseen_shapes"]
+    pack = answer["pack"]
+    return [
+        f"{answer['output']}: {len(answer['shapes'])} shapes from {len(fit)} scans, rigged in "
+        f"{answer['seconds']['rig']:.1f} s of {answer['seconds']['total']:.1f} s",
+        f"  fit      worst scan {worst}: {left:.3g} left of {size:.3g} (RMS displacement, the mesh's unit)",
+        f"  B        rank {answer['rank']} of {len(fit)}, condition {answer['condition']:.3g}",
+        f"  unseen   {len(unseen)} shapes are in no scan: nearly the template's motion and the neutral's texture"
+        + (f": {', '.join(unseen)}" if unseen else ""),
+        f"  pack     {pack['path']}, {megabytes(pack['bytes_on_gpu'])} on the GPU, {pack['fetches']} fetches a pixel",
+    ]

@@ -1,0 +1,39 @@
+"""``facezip view``: a pack on the screen, in the browser, served to this machine alone."""
+
+import json
+import webbrowser
+from pathlib import Path
+
+import click
+
+from facezip.character import load_character
+from facezip.commands import options
+from facezip.viewer.scene import read_scene
+from facezip.viewer.server import ADDRESS, files_of, serve
+
+
+@click.command("view")
+@click.argument("pack", type=options.FOLDER)
+@click.argument("character", type=options.FOLDER, required=False)
+@click.option("--port", type=click.IntRange(0, 65535), default=0, metavar="N", help="Port; a free one if left out.")
+@click.option("--no-browser", is_flag=True, help="Only say where the page is.")
+@options.as_json
+def command(pack: Path, character: Path | None, port: int, no_browser: bool, as_json: bool) -> None:
+    """Show the head of PACK in the browser: sliders, poses, maps, and what it all costs.
+
+    With CHARACTER, the folder that PACK was made from, the original textures are there to compare with. The page comes
+    from a server on this machine that no other can reach; Ctrl-C ends it.
+    """
+    files = files_of(read_scene(pack, load_character(character) if character else None))
+    with serve(files, port) as server:
+        address = f"http://{ADDRESS}:{server.server_port}/"
+        if as_json:
+            click.echo(json.dumps({"pack": str(pack), "url": address}))
+        else:
+            click.echo(f"{pack}: {address}\n  Ctrl-C ends it")
+        if not no_browser:
+            webbrowser.open(address)
+        try:
+            server.serve_forever()
+        except KeyboardInterrupt:
+            click.echo("", err=True)

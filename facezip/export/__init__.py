@@ -1,0 +1,19 @@
+"""A pack in the form that a target takes: one module a target."""
+
+from collections.abc import Callable
+from typing import Any
+
+from facezip.export.gltf import export_gltf
+from facezip.export.godot import export_godot
+from facezip.export.unity import export_unity
+from facezip.export.unreal import export_unreal
+from facezip.export.web import export_web
+
+# Each is called with the pack and the output, and with those options as keywords that were given.
+TARGETS: dict[str, Callable[..., dict[str, Any]]] = {
+    "gltf": export_gltf,
+    "unity": export_unity,
+    "unreal": export_unreal,
+    "godot": export_godot,
+    "web": export_web,
+}

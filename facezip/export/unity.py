@@ -1,0 +1,30 @@
+"""Unity: HLSL for Shader Graph and a shader of its own, a component that blends once a frame, import settings."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from facezip.export.engine import write_head, write_text
+from facezip.export.folder import Target
+from facezip.export.maps import DDS, PNG, Format
+from facezip.export.shaders import HLSL, shader_words
+from facezip.export.source import Source
+
+# Unity's own importer of DDS turns some formats over and others not: these files have an importer of theirs.
+BLOCKS = replace(DDS, suffix=".bc7")
+DIALECT = replace(HLSL, beta="_FaceZipBeta", rows_from_below=True)
+FILES = {
+    "FaceZip.hlsl": "unity/include.j2",
+    "FaceZipWeights.shader": "unity/weights.j2",
+    "FaceZipHead.shader": "unity/head.j2",
+    "FaceZipHead.cs": "unity/component.j2",
+    "Editor/FaceZipImport.cs": "unity/import.j2",
+    "GUIDE.md": "unity/guide.j2",
+}
+
+
+def _write(source: Source, folder: Path, form: Format) -> None:
+    write_head(source, folder)
+    write_text(folder, FILES, shader_words(source.manifest, DIALECT) | {"suffix": form.suffix})
+
+
+export_unity = Target("unity", {"png": PNG, "dds": BLOCKS}, _write, upside_down=True)

@@ -1,0 +1,61 @@
+"""The viewer as one HTML file that opens from disk and asks for nothing."""
+
+from pathlib import Path
+from typing import Any
+
+from facezip.character import Character
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.viewer.page import single_page
+from facezip.viewer.scene import read_scene
+from facezip.writing import write_whole
+
+FILE_NAME = "index.html"
+_BEGINNING = b"<!doctype html>\n<!-- FaceZip viewer -->"
+
+
+def export_web(
+    pack: Path, output: Path, *, character: Character | None = None, overwrite: bool = False
+) -> dict[str, Any]:
+    """Write the viewer of a pack as ``output``, a file where it ends in ``.html``, else a folder for ``index.html``.
+
+    Parameters
+    ----------
+    character : its original textures come along, to compare with: about their PNGs' bytes, and a third.
+
+    Returns
+    -------
+    ``output`` (the file), ``bytes`` of it, and whether it has ``originals``.
+
+    Raises
+    ------
+    FaceZipError
+        What :func:`facezip.viewer.scene.read_scene` raises; ``CANNOT_WRITE`` where the file exists, without
+        ``overwrite`` or because it is none of ours, or where the disk refuses.
+    """
+    file = output if output.suffix.lower() == ".html" else output / FILE_NAME
+    _check_target(file, overwrite)
+    content = single_page(read_scene(pack, character))
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FaceZipError(
+            ErrorCode.CANNOT_WRITE, f"{file.parent}: cannot make the folder ({error.strerror})"
+        ) from None
+    write_whole(file, content)
+    return {"output": str(file), "bytes": len(content), "originals": character is not None}
+
+
+def _check_target(file: Path, overwrite: bool) -> None:
+    if not file.exists():
+        return
+    if not overwrite:
+        raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{file}: exists already; choose another name or add --overwrite")
+    if not file.is_file() or not _is_ours(file):
+        raise FaceZipError(
+            ErrorCode.CANNOT_WRITE, f"{file}: was not made by facezip and will not be replaced; choose another name"
+        )
+
+
+def _is_ours(file: Path) -> bool:
+    with open(file, "rb") as content:
+        return content.read(len(_BEGINNING)) == _BEGINNING

@@ -1,0 +1,239 @@
+"""Binary glTF files: one JSON document and one binary chunk, and the arrays that its accessors describe.
+
+Libraries at hand drop morph targets (trimesh) or leave accessors, sparse ones above all, to the caller (pygltflib).
+What a blendshape needs of the format is little, and every offset of a stranger's file has to be checked.
+"""
+
+import json
+import math
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+MAGIC, VERSION = b"glTF", 2
+JSON_CHUNK, BINARY_CHUNK = b"JSON", b"BIN\0"
+VERTICES, INDICES = 34962, 34963
+COMPONENTS: dict[int, type[np.generic]] = {
+    5120: np.int8,
+    5121: np.uint8,
+    5122: np.int16,
+    5123: np.uint16,
+    5125: np.uint32,
+    5126: np.float32,
+}
+CODES = {np.dtype(kind): code for code, kind in COMPONENTS.items()}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
+TYPES = {width: name for name, width in WIDTHS.items()}
+# An accessor without bytes is all zeros, whatever its count says.
+MAX_ZEROS = 2**24
+
+
+class GlbFault(ValueError):
+    """What is wrong with a GLB, before the file's name is put in front."""
+
+
+@dataclass(frozen=True)
+class Glb:
+    """A file in memory.
+
+    Attributes
+    ----------
+    document : the JSON chunk.
+    binary : the binary chunk, perhaps with up to three bytes of padding.
+    """
+
+    document: dict[str, Any]
+    binary: bytes
+
+    @classmethod
+    def parse(cls, content: bytes) -> "Glb":
+        """Split a file into its chunks; ``GlbFault`` where its lengths or its JSON are not right."""
+        if len(content) < 20 or content[:4] != MAGIC:
+            raise GlbFault("it does not begin with 'glTF'; export it as a binary .glb")
+        version, length = struct.unpack_from("<II", content, 4)
+        if version != VERSION or length != len(content):
+            raise GlbFault(f"version {version}, {len(content)} bytes where it states {length}; copy or export it again")
+        chunks = dict(_chunks(content))
+        try:
+            document = json.loads(chunks[JSON_CHUNK])
+        except (KeyError, ValueError, RecursionError):
+            raise GlbFault("its JSON chunk is not readable; export it again") from None
+        if not isinstance(document, dict):
+            raise GlbFault("its JSON chunk is no object; export it again")
+        return cls(document, chunks.get(BINARY_CHUNK, b""))
+
+    def to_bytes(self) -> bytes:
+        """The file's content."""
+        text = json.dumps(self.document, separators=(",", ":"), allow_nan=False).encode()
+        chunks = _chunk(JSON_CHUNK, text, b" ") + (_chunk(BINARY_CHUNK, self.binary, b"\0") if self.binary else b"")
+        return MAGIC + struct.pack("<II", VERSION, 12 + len(chunks)) + chunks
+
+    def item(self, kind: str, index: Any) -> dict[str, Any]:
+        """One entry of ``"meshes"``, ``"images"`` ...; ``GlbFault`` where there is none of that number."""
+        entries = self.document.get(kind, [])
+        if not isinstance(entries, list) or type(index) is not int or not 0 <= index < len(entries):
+            raise GlbFault(f"it uses number {index} of its {kind}, which does not exist; export it again")
+        if not isinstance(entries[index], dict):
+            raise GlbFault(f"number {index} of its {kind} is no object; export it again")
+        return dict(entries[index])
+
+    def view(self, index: Any) -> bytes:
+        """The bytes of a buffer view."""
+        view = self.item("bufferViews", index)
+        if view.get("buffer") != 0 or "uri" in self.item("buffers", 0):
+            raise GlbFault("its data lie in another file; export one .glb with everything in it")
+        start, length = _count(view.get("byteOffset", 0)), _count(view.get("byteLength"))
+        if start + length > len(self.binary):
+            raise GlbFault(f"buffer view {index} lies past the end of the file; export it again")
+        return self.binary[start : start + length]
+
+    def array(self, index: Any) -> NDArray[Any]:
+        """The values of an accessor, ``(count, width)``: float32 where float or normalised, else integers as stored."""
+        accessor = self.item("accessors", index)
+        kind, width, count = _layout(accessor)
+        if "bufferView" in accessor:
+            stride = self.item("bufferViews", accessor["bufferView"]).get("byteStride", 0)
+            start = _count(accessor.get("byteOffset", 0))
+            values = _strided(self.view(accessor["bufferView"]), start, _count(stride), kind, count, width)
+        else:
+            if count > MAX_ZEROS:
+                raise GlbFault(f"accessor {index} states {count} values and holds none; export it again")
+            values = np.zeros((count, width), kind)
+        if "sparse" in accessor:
+            values = self._replaced(values, accessor["sparse"])
+        return _normalised(values) if accessor.get("normalized") else values
+
+    def _replaced(self, values: NDArray[Any], sparse: Mapping[str, Any]) -> NDArray[Any]:
+        count = _count(sparse["count"])
+        where, what = sparse["indices"], sparse["values"]
+        kind = np.dtype(COMPONENTS.get(where["componentType"], np.float32))
+        if kind.kind != "u":
+            raise GlbFault("a sparse accessor has indices that are no integers; export it again")
+        start = _count(where.get("byteOffset", 0))
+        rows = _strided(self.view(where["bufferView"]), start, 0, kind, count, 1)[:, 0]
+        start = _count(what.get("byteOffset", 0))
+        new = _strided(self.view(what["bufferView"]), start, 0, values.dtype, count, values.shape[1])
+        if count and rows.max() >= len(values):
+            raise GlbFault("a sparse accessor writes past its end; export it again")
+        values = values.copy()
+        values[rows] = new
+        return values
+
+
+@dataclass
+class GlbBuilder:
+    """Collects arrays and images into the binary chunk, and the lists of the document that describe them.
+
+    Attributes
+    ----------
+    document : the JSON to be; ``buffers``, ``bufferViews`` and ``accessors`` are filled here.
+    """
+
+    document: dict[str, Any]
+    _binary: bytearray = field(default_factory=bytearray)
+
+    def view(self, content: bytes, target: int | None = None) -> int:
+        """Add bytes, aligned to four; returns the number of the buffer view."""
+        self._binary += bytes(-len(self._binary) % 4)
+        view = {"buffer": 0, "byteOffset": len(self._binary), "byteLength": len(content)}
+        self._binary += content
+        return self._add("bufferViews", view | ({"target": target} if target else {}))
+
+    def array(self, values: NDArray[Any], target: int | None = None, bounds: bool = False) -> int:
+        """Add ``(count, width)`` values as they are; returns the number of the accessor."""
+        view = self.view(np.ascontiguousarray(values).tobytes(), target)
+        return self._add("accessors", {"bufferView": view, **_described(values, bounds)})
+
+    def sparse(self, values: NDArray[np.float32], bounds: bool = False) -> int:
+        """Add ``(count, width)`` values of which most are zero, by their rows that are not, where that saves bytes."""
+        rows = np.flatnonzero(values.any(axis=1))
+        kind: type[np.generic] = np.uint16 if len(values) <= 65535 else np.uint32
+        described = _described(values, bounds)
+        if len(rows) == 0:
+            return self._add("accessors", described)
+        if len(rows) * (4 * values.shape[1] + np.dtype(kind).itemsize) >= values.nbytes:
+            return self.array(values, VERTICES, bounds)
+        sparse = {
+            "count": len(rows),
+            "indices": {"bufferView": self.view(rows.astype(kind).tobytes()), "componentType": CODES[np.dtype(kind)]},
+            "values": {"bufferView": self.view(values[rows].tobytes())},
+        }
+        return self._add("accessors", described | {"sparse": sparse})
+
+    def image(self, name: str, content: bytes, mime: str) -> int:
+        """Add an encoded image; returns its number."""
+        return self._add("images", {"name": name, "mimeType": mime, "bufferView": self.view(content)})
+
+    def finish(self) -> Glb:
+        """The file; nothing may be added afterwards."""
+        self._binary += bytes(-len(self._binary) % 4)
+        self.document["buffers"] = [{"byteLength": len(self._binary)}]
+        return Glb(self.document, bytes(self._binary))
+
+    def _add(self, kind: str, entry: dict[str, Any]) -> int:
+        entries: list[dict[str, Any]] = self.document.setdefault(kind, [])
+        entries.append(entry)
+        return len(entries) - 1
+
+
+def _chunks(content: bytes) -> list[tuple[bytes, bytes]]:
+    found, start = [], 12
+    while start < len(content):
+        if start + 8 > len(content):
+            raise GlbFault("it ends within a chunk; copy or export it again")
+        length, kind = struct.unpack_from("<I4s", content, start)
+        if start + 8 + length > len(content):
+            raise GlbFault("it ends within a chunk; copy or export it again")
+        found.append((kind, content[start + 8 : start + 8 + length]))
+        start += 8 + length
+    # The first of a kind counts.
+    return found[::-1]
+
+
+def _chunk(kind: bytes, content: bytes, padding: bytes) -> bytes:
+    content += padding * (-len(content) % 4)
+    return struct.pack("<I4s", len(content), kind) + content
+
+
+def _count(value: Any) -> int:
+    if type(value) is not int or not 0 <= value < 2**32:
+        raise GlbFault(f"{value!r} is no count of bytes or values; export it again")
+    return value
+
+
+def _layout(accessor: Mapping[str, Any]) -> tuple[np.dtype[Any], int, int]:
+    kind, width = COMPONENTS.get(accessor.get("componentType", 0)), WIDTHS.get(str(accessor.get("type")))
+    if kind is None or width is None:
+        raise GlbFault(f"an accessor of {accessor.get('type')} is not read here; export plain triangle meshes")
+    return np.dtype(kind).newbyteorder("<"), width, _count(accessor.get("count"))
+
+
+def _strided(content: bytes, start: int, stride: int, kind: np.dtype[Any], count: int, width: int) -> NDArray[Any]:
+    step = stride or kind.itemsize * width
+    last = start + (count - 1) * step + kind.itemsize * width
+    if count and (last > len(content) or step < kind.itemsize * width):
+        raise GlbFault("an accessor reads past the end of its data; export it again")
+    if not count:
+        return np.zeros((0, width), kind)
+    return np.ndarray((count, width), kind, content, start, (step, kind.itemsize))
+
+
+def _normalised(values: NDArray[Any]) -> NDArray[np.float32]:
+    if values.dtype.kind == "f":
+        return values
+    floats: NDArray[np.float32] = np.maximum(values / np.float32(np.iinfo(values.dtype).max), -1).astype(np.float32)
+    return floats
+
+
+def _described(values: NDArray[Any], bounds: bool) -> dict[str, Any]:
+    entry = {"componentType": CODES[values.dtype], "count": len(values), "type": TYPES[values.shape[1]]}
+    if not bounds:
+        return entry
+    low, high = values.min(axis=0).tolist(), values.max(axis=0).tolist()
+    if not all(map(math.isfinite, (*low, *high))):
+        raise ValueError("values of a mesh have to be finite")
+    return entry | {"min": low, "max": high}

@@ -1,0 +1,68 @@
+"""A compressed character whose expressions are the shapes of a rig: what animators drive (equation 12)."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.model import CompressedTextures, Meshes
+from facezip.rigging.activity import activity
+from facezip.rigging.fit import Rig
+from facezip.rigging.weightmaps import Examples, GeometryAware, pseudo_inverse
+
+MAPS = ("geometry-aware", "pseudo-inverse")
+
+
+@dataclass(frozen=True, eq=False)
+class Rigged:
+    """The model of the generated shapes, and how its weight maps came about.
+
+    Attributes
+    ----------
+    model : M shapes as expressions.
+    damping : of geometry-aware maps, as chosen; None for the paper's.
+    """
+
+    model: CompressedTextures
+    damping: float | None
+
+
+def rigged(model: CompressedTextures, rig: Rig, shapes: tuple[str, ...], maps: str = MAPS[0]) -> Rigged:
+    """The same neutral and difference textures, with weight maps and displacements of M generated shapes.
+
+    Parameters
+    ----------
+    model : of the scans, with their meshes, in the order of the rig's example weights.
+    rig : the generated shapes and what every scan is made of.
+    shapes : M names.
+    maps : ``"geometry-aware"``, or the paper's ``"pseudo-inverse"``.
+
+    Raises
+    ------
+    FaceZipError
+        ``BAD_VALUE``: an unknown choice of maps, a model without meshes, or geometry-aware maps of a model whose
+        weights are uniform.
+    """
+    if maps not in MAPS:
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"weight maps '{maps}': must be one of {', '.join(MAPS)}")
+    if model.meshes is None:
+        raise FaceZipError(ErrorCode.BAD_VALUE, "the model has no meshes: compress the character anew, with them")
+    damping = None
+    if maps == "pseudo-inverse":
+        weights = pseudo_inverse(model.weights, Examples.of(rig.weights))
+    else:
+        weights, damping = _geometry_aware(model, model.meshes, rig)
+    meshes = replace(model.meshes, deltas=rig.deltas)
+    return Rigged(replace(model, weights=weights, expressions=shapes, meshes=meshes), damping)
+
+
+def _geometry_aware(model: CompressedTextures, meshes: Meshes, rig: Rig) -> tuple[NDArray[np.float32], float]:
+    size = (model.weights.shape[1], model.weights.shape[2])
+    if size == (1, 1):
+        reason = "uniform weights have no place to put a wrinkle; take pseudo-inverse maps, or another method than pca"
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"geometry-aware weight maps: {reason}")
+    aware = GeometryAware(Examples.of(rig.weights), activity(meshes.topology, rig.deltas, size))
+    importance = np.mean(np.square(model.differences, dtype=np.float64), axis=(1, 2, 3))
+    damping = aware.best_damping(model.weights, importance)
+    return aware.maps(model.weights, damping), damping

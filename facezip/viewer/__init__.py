@@ -1,0 +1,4 @@
+"""The head on a screen: a scene out of a pack, the page that shows it, and a server for this machine alone.
+
+The page is TypeScript in ``web/``; ``python -m facezip.viewer.build`` bundles it, three.js included, into ``bundle/``.
+"""

@@ -1,0 +1,93 @@
+"""How true the metrics of few samples are: their deviation from those of a converged render."""
+
+from collections.abc import Sequence
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from facezip.character import Character
+from facezip.progress import track
+from render.bench import Pose, renderer_of
+from render.decision import stream
+from render.metrics import Picture, compare, display, head_crop
+from render.noise import Halves, debiased_rmse
+from render.paired import Images, PairedRenderer, upload
+from render.settings import Settings
+from scenes.cameras import View
+
+# Samples of the two halves that the debiased estimate is made of.
+HALF = 4
+# Samples of each render that a converged one is the mean of.
+BATCH = 64
+
+
+def bench_metrics(character: Character, poses: Sequence[Pose], settings: Settings, converged: int) -> dict[str, Any]:
+    """Measure every pose, view and light with ``settings.spp`` samples and with ``converged`` ones.
+
+    Returns
+    -------
+    ``deviation``: of each metric from the converged one, over all renders and packs, the mean and the largest
+    (relative for RMSE, FLIP, ΔE; absolute for SSIM); ``render_s`` and ``metrics_s`` per render with ``settings.spp``.
+    """
+    renderer = renderer_of(character, settings)
+    seconds = {"render": 0.0, "metrics": 0.0}
+    rows = []
+    looks = [(view, light) for view in settings.views for light in settings.lights]
+    jobs = [(pose, *look) for pose in poses for look in looks]
+    for pose, view, light in track(jobs, "Converging", len(jobs)):
+        renderer.pose(pose.vertices)
+        maps = [upload(texture) for texture in pose.textures]
+        rows += _deviations(renderer, maps, view, light, settings, converged, seconds)
+    metrics = {name: [row[name] for row in rows] for name in rows[0]}
+    return {
+        "deviation": {
+            name: {"mean": float(np.mean(values)), "largest": float(np.abs(values).max())}
+            for name, values in metrics.items()
+        },
+        "render_s": seconds["render"] / len(jobs),
+        "metrics_s": seconds["metrics"] / len(jobs),
+    }
+
+
+def _deviations(
+    renderer: PairedRenderer,
+    maps: Sequence[Any],
+    view: View,
+    light: str,
+    settings: Settings,
+    converged: int,
+    seconds: dict[str, float],
+) -> list[dict[str, float]]:
+    def render(spp: int, *position: int) -> Images:
+        return renderer.render(maps, view, light, spp, stream(settings.seed, *position))
+
+    truth = _compared(_mean_of([render(BATCH, 2, batch) for batch in range(converged // BATCH)]))
+    begin = perf_counter()
+    few = Halves(*(render(settings.spp // 2, 0, half) for half in range(2))).mean
+    between = perf_counter()
+    measured = _compared(few)
+    seconds["render"] += between - begin
+    seconds["metrics"] += perf_counter() - between
+    halves = Halves(*(render(HALF, 1, half) for half in range(2)))
+    head = halves.mean.coverage >= 0.5
+    rows = []
+    for k, (found, true) in enumerate(zip(measured, truth, strict=True), 1):
+        row = {name: found[name] / true[name] - 1 for name in ("image_rmse", "flip", "delta_e_mean", "delta_e_p95")}
+        debiased = debiased_rmse(halves, k, head) / true["image_rmse"] - 1
+        rows.append({**row, "ssim": found["ssim"] - true["ssim"], "image_rmse_debiased": debiased})
+    return rows
+
+
+def _mean_of(renders: Sequence[Images]) -> Images:
+    """The image with the samples of all renders, each of as many."""
+    while len(renders) > 1:
+        renders = [Halves(*pair).mean for pair in zip(renders[::2], renders[1::2], strict=True)]
+    return renders[0]
+
+
+def _compared(image: Images) -> list[dict[str, Any]]:
+    crop = head_crop(image.coverage)
+    head = image.coverage[crop] >= 0.5
+    original, *others = (Picture(display(linear[crop]), head) for linear in image.linear)
+    return [compare(original, other) for other in others]

@@ -1,0 +1,144 @@
+"""One shot: a pose from a view in a light, rendered with every texture and measured until its verdict is decided."""
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import product
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.character import NEUTRAL, Character
+from render.colour import delta_e_2000
+from render.decision import judge, stream
+from render.metrics import Picture, compare, display, head_crop
+from render.noise import Halves, debiased_rmse, noise_floor
+from render.paired import Images, PairedRenderer
+from render.regions import face_regions, locate
+from render.settings import Settings
+from scenes.cameras import View, frame_of
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One pose under one light, from one view."""
+
+    expression: str
+    view: View
+    light: str
+
+    @property
+    def name(self) -> str:
+        """The stem of its files."""
+        return f"{self.expression}.{self.view.name}.{self.light}"
+
+
+def looks(settings: Settings) -> Iterator[tuple[View, str]]:
+    """Every view in every light."""
+    return product(settings.views, settings.lights)
+
+
+class Studio:
+    """A character before the cameras: renders shots and measures them, and keeps the time of both.
+
+    Parameters
+    ----------
+    character : whose geometry is rendered.
+    settings : how to look.
+    """
+
+    def __init__(self, character: Character, settings: Settings, pool: ThreadPoolExecutor) -> None:
+        frame = frame_of(character.neutral_vertices)
+        self.seconds = {"render": 0.0, "metrics": 0.0}
+        self._settings, self._pool = settings, pool
+        self._renderer = PairedRenderer(
+            character.topology, frame, settings.lights, settings.material, settings.resolution, settings.transport
+        )
+        self._regions = face_regions(character.topology, character.neutral_vertices)
+
+    def pose(self, vertices: NDArray[np.float32]) -> None:
+        """Move the head."""
+        self._renderer.pose(vertices)
+
+    def take(self, shot: Shot, maps: Sequence[Any]) -> tuple[dict[str, Any], Images]:
+        """Render a posed shot with the original's and every candidate's texture, and measure it.
+
+        Samples are doubled until no confidence interval of a deciding metric straddles a limit, or at their most.
+
+        Returns
+        -------
+        The shot's part of the document, and the images with all samples.
+        """
+        halves, spp = self._round(shot, maps, 0), self._settings.spp
+        regions = self._labels(shot.view)
+        packs = self._measured(halves, regions)
+        while not all(pack["decided"] for pack in packs) and 2 * spp <= self._settings.most:
+            halves, spp = halves.merged(self._round(shot, maps, spp)), 2 * spp
+            packs = self._measured(halves, regions)
+        head = halves.mean.coverage >= 0.5
+        floor = {"image_rmse": noise_floor(halves, head)}
+        place = {"expression": shot.expression, "view": shot.view.name, "light": shot.light}
+        return {**place, "spp": spp, "noise_floor": floor, "packs": packs}, halves.mean
+
+    def floor(self, shot: Shot, maps: Sequence[Any]) -> dict[str, Any]:
+        """What noise alone does to every metric: the original against itself with other random numbers."""
+        images = [self._round(shot, maps[:1], 0, repeat).mean for repeat in range(2)]
+        begin = perf_counter()
+        crop, head = head_crop(images[0].coverage), images[0].coverage >= 0.5
+        found = compare(*(Picture(display(image.linear[0][crop]), head[crop]) for image in images))
+        self.seconds["metrics"] += perf_counter() - begin
+        return found
+
+    def _round(self, shot: Shot, maps: Sequence[Any], before: int, repeat: int = 0) -> Halves:
+        """Two independent halves, as many samples as there were ``before``, or the first ones."""
+        begin = perf_counter()
+        count = (before or self._settings.spp) // 2
+        seeds = [stream(self._settings.seed, before, half, repeat) for half in range(2)]
+        halves = Halves(*(self._renderer.render(maps, shot.view, shot.light, count, seed) for seed in seeds))
+        self.seconds["render"] += perf_counter() - begin
+        return halves
+
+    def _labels(self, view: View) -> NDArray[np.int32]:
+        triangles = self._renderer.triangles(view)
+        labels: NDArray[np.int32] = np.where(triangles >= 0, self._regions[triangles], -1).astype(np.int32)
+        return labels
+
+    def _measured(self, halves: Halves, regions: NDArray[np.int32]) -> list[dict[str, Any]]:
+        begin = perf_counter()
+        whole = halves.mean
+        crop, head = head_crop(whole.coverage), whole.coverage >= 0.5
+        shown = [
+            list(self._pool.map(lambda linear: _prepared(linear[crop], head[crop]), image.linear))
+            for image in (whole, halves.first, halves.second)
+        ]
+
+        def one(k: int) -> dict[str, Any]:
+            (original, *_), (first, *_), (second, *_) = shown
+            other, *parts = (pictures[k] for pictures in shown)
+            metrics = compare(original, other)
+            errors = np.zeros(original.head.shape, np.float32)
+            errors[original.head] = delta_e_2000(original.lab, other.lab)
+            by_region, worst = locate(errors, original.head, regions[crop])
+            if worst:
+                worst["box"][0] += crop[0].start
+                worst["box"][1] += crop[1].start
+            found = {"image_rmse_debiased": debiased_rmse(halves, k, head), "regions": by_region, "where": worst}
+            return metrics | found | judge(metrics, (first, second), parts, self._settings.thresholds)
+
+        packs = list(self._pool.map(one, range(1, len(whole.linear))))
+        self.seconds["metrics"] += perf_counter() - begin
+        return packs
+
+
+def _prepared(linear: NDArray[np.float32], head: NDArray[np.bool_]) -> Picture:
+    """A picture with everything that metrics make of it alone, so that threads share the work."""
+    picture = Picture(display(linear), head)
+    _ = picture.lab, picture.seen
+    return picture
+
+
+def repeat_of(view: View, light: str) -> Shot:
+    """The shot that the noise floor of a view in a light is measured with."""
+    return Shot(NEUTRAL, view, light)

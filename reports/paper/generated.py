@@ -1,0 +1,178 @@
+"""What is measured for Figure 8: textures of generated shapes, made in three ways, against the truth."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.character import Character
+from facezip.methods import compress
+from facezip.model import CompressedTextures
+from facezip.progress import track
+from facezip.quantise import dequantise, quantise
+from facezip.rigging.fit import Rig, fit_rig
+from facezip.rigging.rigged import rigged
+from facezip.rigging.template import Template
+from facezip.rigging.weightmaps import Examples
+from facezip.textures import to_float
+from reports.paper.strips import strips
+from scenes.character import Person, make_character
+from scenes.face.shapes import ARKIT_SHAPES
+from scenes.template import embedded_template
+
+Texture = NDArray[np.float32]
+# Method, key of a document → compression and weight maps.
+PICTURES = 8
+PACKS = {"paper": ("paper", "pseudo-inverse"), "ours": ("refined", "geometry-aware")}
+
+
+@dataclass(frozen=True, eq=False)
+class Generated:
+    """One character with the shapes of a template.
+
+    Attributes
+    ----------
+    scans : the character.
+    shapes : M names.
+    rig : the shapes and what every scan is made of.
+    textures : gives ``(H, W, C)`` float32 in [0, 1] for a shape, by method: ``naive``, ``paper``, ``ours``, the latter
+        two as packs store them.
+    damping : of our weight maps, as chosen.
+    seconds : of the rig, and of each method's compression and weight maps.
+    """
+
+    scans: Character
+    shapes: tuple[str, ...]
+    rig: Rig
+    textures: dict[str, Callable[[str], Texture]]
+    damping: float
+    seconds: dict[str, float]
+
+
+def bench_rig(resolution: int, seed: int, template_seed: int) -> dict[str, Any]:
+    """The document of ``facezip bench rig``: mean errors of every method with nuisances, and ``clean`` without."""
+    person = Person.make(resolution, seed)
+    template = embedded_template(template_seed)
+    captured = generate(make_character(resolution, seed=seed), template, seed)
+    rig = captured.rig
+    return {
+        **_errors(captured, person),
+        "shapes": len(ARKIT_SHAPES),
+        "clean": _errors(generate(make_character(resolution, seed=seed, nuisances=0), template, seed, rig), person),
+        "geometry": geometry_errors(rig, person.deltas),
+        "condition": Examples.of(rig.weights).condition,
+        "seconds": captured.seconds,
+    }
+
+
+def _errors(generated: Generated, person: Person) -> dict[str, Any]:
+    neutral = to_float(generated.scans.neutral)
+    textures = {**generated.textures, "neutral": lambda shape: neutral}
+    errors = texture_errors(replace(generated, textures=textures), lambda shape: person.texture({shape: 1.0}))
+    return {**mean_errors(errors), "damping": generated.damping, "rmse_per_shape": errors}
+
+
+def figure_8(scans: Character, template: Template, seed: int, truth: Callable[[str], Texture] | None) -> dict[str, Any]:
+    """Textures of a template's shapes made in three ways, in pictures, and their errors where the truth is known.
+
+    Pictures are data URIs of the shapes that change the skin most, one of each left and right pair.
+    """
+    made = generate(scans, template, seed)
+    neutral = to_float(scans.neutral)
+    textures = {**made.textures, "neutral": lambda shape: neutral}
+    figure: dict[str, Any] = {
+        "resolution": list(scans.resolution),
+        "condition": Examples.of(made.rig.weights).condition,
+        "damping": made.damping,
+        "unseen": [shape for shape, seen in zip(made.shapes, made.rig.seen, strict=True) if not seen],
+    }
+    if truth is not None:
+        errors = texture_errors(replace(made, textures=textures), truth)
+        figure |= {"rmse": mean_errors(errors), "rmse_per_expression": errors}
+        changes = errors["neutral"]
+    else:
+        changes = {shape: _rmse(made.textures["ours"](shape), neutral, _weight(scans)) for shape in made.shapes}
+    columns = {**({"truth": truth} if truth else {}), **made.textures}
+    return figure | {"columns": list(columns), "pictures": strips(scans, columns, _telling(changes))}
+
+
+def _telling(changes: Mapping[str, float]) -> list[str]:
+    """The shapes with the largest changes, without the right one of a pair."""
+    names = [name for name in changes if not (name.endswith("Right") and f"{name[:-5]}Left" in changes)]
+    return sorted(names, key=lambda name: -changes[name])[:PICTURES]
+
+
+def generate(scans: Character, template: Template, seed: int, rig: Rig | None = None) -> Generated:
+    """Rig the scans, unless ``rig`` is given, and make the textures of the shapes in the three ways of Figure 8."""
+    begin = perf_counter()
+    moved = scans.vertices - scans.neutral_vertices
+    faces = scans.topology.faces
+    rig = rig or fit_rig(scans.neutral_vertices, moved, faces, template.neutral, template.deltas)
+    seconds = {"rig": perf_counter() - begin}
+    textures: dict[str, Callable[[str], Texture]] = {"naive": Naive(scans, template.shapes, rig)}
+    damping = 0.0
+    for name, (method, maps) in PACKS.items():
+        begin = perf_counter()
+        made = rigged(compress(scans, method, seed=seed), rig, template.shapes, maps)
+        textures[name] = stored(made.model).reconstruct
+        seconds[name] = perf_counter() - begin
+        damping = made.damping or damping
+    return Generated(scans, template.shapes, rig, textures, damping, seconds)
+
+
+class Naive:
+    """The paper's baseline: the weighted sum of the scans' differences, I_0 + Σ_n B⁺_mn (I_n - I_0)."""
+
+    def __init__(self, scans: Character, shapes: tuple[str, ...], rig: Rig) -> None:
+        self._inverse = Examples.of(rig.weights).inverse.astype(np.float32)
+        self._scans, self._shapes = scans, shapes
+
+    def __call__(self, shape: str) -> Texture:
+        """The texture of a shape."""
+        shares = self._inverse[self._shapes.index(shape)]
+        neutral = to_float(self._scans.neutral)
+        total = neutral * (1 - shares.sum())
+        for share, texture in zip(shares, self._scans.textures, strict=True):
+            total += share * to_float(texture)
+        clipped: Texture = np.clip(total, 0, 1)
+        return clipped
+
+
+def stored(model: CompressedTextures) -> CompressedTextures:
+    """The model as it comes back from a pack."""
+    return dequantise(quantise(model), model.expressions, model.method, model.meshes)
+
+
+def texture_errors(generated: Generated, truth: Callable[[str], Texture]) -> dict[str, dict[str, float]]:
+    """RMSE, 0..255, of every method and shape inside the mask."""
+    weight = _weight(generated.scans)
+    errors: dict[str, dict[str, float]] = {name: {} for name in generated.textures}
+    for shape in track(generated.shapes, "Measuring shapes", len(generated.shapes)):
+        true = truth(shape)
+        for name, texture in generated.textures.items():
+            errors[name][shape] = _rmse(texture(shape), true, weight)
+    return errors
+
+
+def geometry_errors(rig: Rig, true: NDArray[np.float32]) -> dict[str, float]:
+    """Mean vertex error over mean true displacement ``(M, V, 3)``, of the transferred and of the generated shapes."""
+    size = np.linalg.norm(true, axis=2).mean()
+    shapes = {"transferred": rig.transferred, "ours": rig.deltas}
+    return {name: float(np.linalg.norm(found - true, axis=2).mean() / size) for name, found in shapes.items()}
+
+
+def mean_errors(errors: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
+    """The mean over shapes of every method's RMSE."""
+    return {name: sum(one.values()) / len(one) for name, one in errors.items()}
+
+
+def _weight(scans: Character) -> NDArray[np.float32]:
+    return np.ones(scans.resolution, np.float32) if scans.mask is None else scans.mask
+
+
+def _rmse(texture: Texture, true: Texture, weight: NDArray[np.float32]) -> float:
+    squares = np.square(texture - true, dtype=np.float64).mean(axis=2)
+    return float(255 * np.sqrt(np.sum(squares * weight) / weight.sum(dtype=np.float64)))

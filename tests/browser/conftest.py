@@ -1,0 +1,123 @@
+"""The viewer in headless Chromium; skipped, and said so, where the browser, its driver or the bundle is missing."""
+
+import base64
+import shutil
+from contextlib import contextmanager
+from io import BytesIO
+from threading import Thread
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from facezip.viewer.build import BUNDLE
+from facezip.viewer.scene import read_scene
+from facezip.viewer.server import ADDRESS, files_of, serve
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+FLAGS = [
+    "--headless", "--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader", "--disable-sync",
+    "--disable-background-networking", "--disable-component-update", "--no-first-run", "--force-color-profile=srgb",
+]  # fmt: skip
+READY_MS = 120_000
+
+# Draws once more and reads what was drawn, in the same task: the drawing buffer is gone after it.
+DRAWN = """() => new Promise((done) => {
+  const canvas = document.querySelector("#canvas");
+  const look = () => canvas.dataset.complete === "true"
+    ? done(canvas.toDataURL().split(",")[1]) : canvas.addEventListener("drawn", look, { once: true });
+  canvas.addEventListener("drawn", look, { once: true });
+  facezip.stage.draw();
+})"""
+
+# Where several surfaces share a pixel, antialiasing shades each of them outside of itself.
+HARD_EDGES = """const getContext = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (kind, options) {
+  return getContext.call(this, kind, { ...options, antialias: false });
+};"""
+SLIDE = """(weights) => {
+  for (const label of document.querySelectorAll(".slider label")) {
+    const slider = document.getElementById(label.htmlFor);
+    slider.value = weights[label.textContent] ?? 0;
+    slider.dispatchEvent(new Event("input"));
+  }
+}"""
+
+
+class Viewer:
+    """A page with the viewer, used as a person would: by its controls."""
+
+    def __init__(self, page):
+        self.page = page
+        page.locator("body.ready, body.failed").wait_for(timeout=READY_MS)
+
+    def slide(self, weights):
+        """Move every slider: to the weight of the name beside it, or to zero."""
+        self.page.evaluate(SLIDE, weights)
+
+    def choose(self, group, option):
+        """Press one of a group of buttons."""
+        self.page.locator(f".choice:has(legend:text-is('{group}')) label").filter(has_text=option).click()
+
+    def switch(self, name, on):
+        """Set a check box."""
+        self.page.get_by_label(name, exact=True).set_checked(on)
+
+    def pixels(self):
+        """What the canvas shows, ``(H, W, 4)`` uint8."""
+        content = base64.b64decode(self.page.evaluate(DRAWN))
+        return np.asarray(Image.open(BytesIO(content)).convert("RGBA"))
+
+    def layout(self, rows, columns):
+        """The texture as it is shown at one texel a pixel, ``(H, W, 3)`` uint8."""
+        pixels = self.pixels()
+        # WebGL counts rows from below.
+        bottom, left = (pixels.shape[0] - rows) // 2, (pixels.shape[1] - columns) // 2
+        top = pixels.shape[0] - bottom - rows
+        return pixels[top : top + rows, left : left + columns, :3]
+
+
+@pytest.fixture(scope="session")
+def browser():
+    driver = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
+    if CHROMIUM is None:
+        pytest.skip("Chromium is not installed")
+    if not (BUNDLE / "viewer.js").is_file():
+        pytest.skip("the viewer is not built; run 'make viewer'")
+    with driver.sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture(scope="session")
+def context(browser):
+    """Small, and without motion: poses are reached at once."""
+    with browser.new_context(viewport={"width": 960, "height": 460}, reduced_motion="reduce") as context:
+        context.add_init_script(HARD_EDGES)
+        yield context
+
+
+@contextmanager
+def served(pack, character=None):
+    """The address of a pack's page while the block runs."""
+    with serve(files_of(read_scene(pack, character))) as server:
+        thread = Thread(target=server.serve_forever, args=(0.05,), daemon=True)
+        thread.start()
+        try:
+            yield f"http://{ADDRESS}:{server.server_port}/"
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+@contextmanager
+def viewing(context, pack, character=None):
+    """A viewer of a pack, whose page raised no error and logged none."""
+    faults = []
+    with served(pack, character) as address, context.new_page() as page:
+        page.on("pageerror", lambda error: faults.append(str(error)))
+        page.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
+        page.goto(address)
+        yield Viewer(page)
+    assert faults == []

@@ -1,0 +1,55 @@
+import numpy as np
+import pytest
+
+from render.decision import interval, judge, stream
+from render.metrics import Picture, compare
+from render.verdict import Thresholds
+
+HEAD = np.ones((24, 24), bool)
+GREY = np.full((24, 24, 3), 0.5, np.float32)
+
+
+def test_intervals_hold_the_converged_value_as_often_as_they_say():
+    """Metrics with a bias that falls with the number of samples, and normal noise."""
+    rng = np.random.default_rng(0)
+    halves = 1 + 2 * 0.05 + rng.normal(0, 0.02, (4000, 2))
+    wholes = halves.mean(axis=1) - 0.05
+    inside = [low <= 1 <= high for low, high in (interval(w, h) for w, h in zip(wholes, halves, strict=True))]
+    assert np.mean(inside) == pytest.approx(0.95, abs=0.012)
+
+
+def test_without_noise_an_interval_is_a_point():
+    assert interval(0.7, (0.7, 0.7)) == pytest.approx((0.7, 0.7))
+
+
+def test_intervals_do_not_reach_below_zero():
+    assert interval(0.1, (0.0, 0.2))[0] == 0
+
+
+def judged(errors, limits=None):
+    """A whole and two halves whose candidates are brighter by these amounts."""
+    whole, *halves = (Picture(GREY + np.float32(error), HEAD) for error in errors)
+    original = Picture(GREY, HEAD)
+    return judge(compare(original, whole), (original, original), halves, limits or Thresholds())
+
+
+def test_a_render_far_from_every_limit_is_decided():
+    assert judged((0.002, 0.002, 0.002)) | {"level": "indistinguishable", "decided": True} == judged((0.002,) * 3)
+    assert judged((0.3, 0.29, 0.31))["level"] == "fails"
+    assert judged((0.3, 0.29, 0.31))["decided"]
+
+
+def test_noise_across_a_limit_is_not_decided():
+    assert not judged((0.01, 0.002, 0.018))["decided"]
+
+
+def test_an_identical_render_is_decided_as_such():
+    assert judged((0, 0, 0))["level"] == "identical"
+    assert judged((0, 0, 0))["decided"]
+
+
+def test_streams_repeat_and_do_not_meet():
+    seeds = [stream(seed, before, half, repeat) for seed in range(6) for before in (0, 16) for half in (0, 1)
+             for repeat in (0, 1)]  # fmt: skip
+    assert len({*seeds}) == len(seeds)
+    assert stream(3, 16, 1) == stream(3, 16, 1)

@@ -1,0 +1,48 @@
+import pytest
+
+from render.verdict import Limit, Thresholds, verdict
+
+LIMITS = Thresholds(Limit(1.0, 0.05), Limit(3.0, 0.10))
+
+
+def render(name, delta_e, flip, decided=True):
+    numbers = {"delta_e_p95": delta_e, "flip": flip, "level": LIMITS.level(delta_e, flip), "decided": decided}
+    where = {"region": "mouth"} if delta_e else None
+    return {"expression": name, "view": "close_up", "light": "side", "spp": 64, "packs": [numbers | {"where": where}]}
+
+
+@pytest.mark.parametrize(
+    ("delta_e", "flip", "level"),
+    [
+        (0, 0, "identical"), (1e-9, 0, "indistinguishable"), (1.0, 0.05, "indistinguishable"),
+        (1.01, 0.01, "visible"), (0.1, 0.051, "visible"), (3.0, 0.1, "visible"), (3.01, 0.01, "fails"),
+        (0.5, 0.11, "fails"),
+    ],
+)  # fmt: skip
+def test_a_level_begins_where_the_one_before_ends(delta_e, flip, level):
+    assert LIMITS.level(delta_e, flip) == level
+
+
+def test_the_worst_render_is_named_with_its_place():
+    level, sentence = verdict(0, [render("smile", 0.5, 0.01), render("anger", 2.0, 0.02)], LIMITS)
+    assert level == "visible"
+    assert sentence.startswith("Visible at anger, close up view, side light, most on the mouth: dE2000 2")
+    assert "1 of 2 renders" in sentence
+
+
+def test_a_high_flip_counts_where_colours_are_close():
+    level, sentence = verdict(0, [render("smile", 0.9, 0.01), render("anger", 0.5, 0.2)], LIMITS)
+    assert level == "fails"
+    assert "anger" in sentence
+
+
+def test_every_level_says_what_it_is():
+    words = {"identical": (0, 0), "indistinguishable": (0.5, 0.01), "visible": (2, 0.01), "fails": (5, 0.01)}
+    for level, errors in words.items():
+        found, sentence = verdict(0, [render("smile", *errors)], LIMITS)
+        assert found == level
+        assert sentence.lower().startswith(level)
+
+
+def test_doubt_is_said():
+    assert "too close to the limit to tell with 64" in verdict(0, [render("smile", 1.01, 0.01, False)], LIMITS)[1]

@@ -1,0 +1,109 @@
+"""Error against bytes: bytes are those of the blocks, curves keep the best, the page is true to its document."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from facezip.codecs import bc7, raw
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.storage import Storage
+from reports.rates import experiment
+from reports.rates.comparison import compare, envelope, in_use
+from reports.rates.families import FAMILIES, tried
+from reports.rates.points import Pack, Textures
+from reports.rates.report import write_rates_report
+from tests.facezip.conftest import random_character
+from tests.reports.test_validation import Page
+
+HOSTILE = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)> {{ 7*7 }} & ]]>"
+
+
+def point(family, size, error, **more):
+    return {"family": family, "codec": "raw", "bytes_per_texel": size, "fetches": 6, "rmse": error, "seconds": 1.0,
+            "differences": 4, "weight_scale": 8} | more  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def document():
+    character = replace(random_character(side=32), name=HOSTILE)
+    ways = [
+        Textures("textures_astc", bc7()),
+        Pack("refined_astc", "refined", 2, 8, Storage(bc7(), weights_in_bc4=True), in_the_loop=True),
+        Pack("refined_raw", "refined", 2, 8, Storage(raw(3))),
+    ]
+    patch = pytest.MonkeyPatch()
+    patch.setattr(experiment, "tried", lambda character, effort: ways)
+    measured = experiment.measure_rates(character, 7, "fast", 0)
+    patch.undo()
+    return measured | {"command": HOSTILE}
+
+
+def test_every_texture_raw_costs_its_bytes_and_has_no_error():
+    character = random_character(side=32)
+    measured = Textures("textures_bc", raw(3)).measure(character)
+    assert measured.rmse < 1e-4
+    assert measured.bytes_per_texel == 3 * measured.fetches == 3 * (1 + len(character.expressions))
+
+
+def test_a_coded_pack_costs_its_blocks():
+    character = random_character(side=32)
+    measured = Pack("refined_bc7", "refined", 2, 8, Storage(bc7(), weights_in_bc4=True), in_the_loop=True)
+    # Three textures at a byte a texel, and for every expression and slot one block of eight bytes for 4 x 4 weights.
+    weights = len(character.expressions) * 2 * 8 / 32**2
+    assert measured.measure(character).bytes_per_texel == pytest.approx(3 + weights)
+
+
+def test_an_envelope_is_what_nothing_cheaper_beats():
+    rng = np.random.default_rng(0)
+    points = [point("pca", size, error) for size, error in rng.random((40, 2))]
+    kept = envelope(points)
+    assert [one["rmse"] for one in kept] == sorted((one["rmse"] for one in kept), reverse=True)
+    for one in points:
+        beaten = any(o["bytes_per_texel"] <= one["bytes_per_texel"] and o["rmse"] < one["rmse"] for o in points)
+        assert beaten == (one not in kept)
+
+
+def test_the_comparison_never_costs_more_than_the_rival():
+    points = [point("textures_astc", size, 3.0) for size in (1.0, 3.0, 9.0)]
+    points += [point("refined_astc", size, error) for size, error in ((2.0, 2.0), (2.5, 2.5), (3.5, 0.5))]
+    rows = compare(points)
+    assert [(row["rival"]["bytes_per_texel"], row["ours"]["rmse"]) for row in rows] == [(3.0, 2.0), (9.0, 0.5)]
+    assert in_use(rows) == rows[:1]
+
+
+def test_blends_lie_between_the_expressions_and_keep_them():
+    character = random_character(side=32)
+    count = len(character.expressions)
+    more = experiment.with_blends(character, count + 4, seed=1)
+    assert np.array_equal(more.textures[:count], character.textures)
+    assert np.all(more.textures[count:] <= character.textures.max(axis=0))
+    assert np.all(more.textures[count:] >= character.textures.min(axis=0))
+    assert len(set(more.expressions)) == len(more.textures) == len(more.vertices) == count + 4
+    with pytest.raises(FaceZipError) as caught:
+        experiment.with_blends(character, count, seed=1)
+    assert caught.value.code is ErrorCode.BAD_VALUE
+
+
+def test_only_ranks_and_scales_that_a_character_allows_are_tried():
+    few = random_character(side=32, expressions=2)
+    for way in tried(few, "fast"):
+        assert way.family in FAMILIES
+        assert isinstance(way, Textures) or way.differences <= 2
+
+
+def test_the_page_loads_nothing_but_itself_and_names_run_nothing(document, tmp_path):
+    page = Page(write_rates_report(document, tmp_path).read_text(encoding="utf-8"))
+    assert [url for url in page.references if not url.startswith(("data:", "#"))] == []
+    assert page.handlers == []
+    assert page.count("img") == 0
+    assert page.count("figure", "wide") == page.count("figure", "narrow") == 2
+
+
+def test_json_beside_the_page_holds_the_document(document, tmp_path):
+    write_rates_report(document, tmp_path)
+    stored = json.loads((tmp_path / "rates.json").read_text(encoding="utf-8"))
+    assert stored["rounds"] == document["rounds"]
+    assert [one["expressions"] for one in stored["rounds"]] == [5, 7]
+    assert stored["findings"]

@@ -1,0 +1,173 @@
+"""``facezip export`` as its users call it, and the scripts that it leaves in their projects."""
+
+import ast
+import json
+import shutil
+import sys
+
+import numpy as np
+import pytest
+
+from facezip import FaceZipError, read_pack, write_pack
+from facezip.cli import main
+from facezip.errors import ErrorCode, ExitCode
+from facezip.export import TARGETS
+from facezip.export.basis import find_package
+from facezip.textures import read_texture_exactly
+from tests.facezip.export.conftest import smooth_model
+
+# The page for browsers has tests of its own: tests/browser and tests/test_view_command.py.
+ENGINES = [name for name in TARGETS if name != "web"]
+NASTY = ("<img src=x onerror=alert(1)>", "$(touch owned)", '";DROP', "`id`", "sourire \u2028 à 50 %")
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """Calls the command line in this process, where everything is imported already."""
+
+    def call(*arguments):
+        monkeypatch.setattr(sys, "argv", ["facezip", *map(str, arguments)])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        return int(ended.value.code), *capsys.readouterr()
+
+    return call
+
+
+@pytest.fixture(scope="module")
+def pack(tmp_path_factory):
+    """A pack whose expressions, and whose own name, are no names for files, shells or pages."""
+    model = smooth_model(side=32, weights=4)
+    object.__setattr__(model, "expressions", NASTY)
+    path = tmp_path_factory.mktemp("packs") / "me.facezip"
+    write_pack(model, path, name='../"><script>x</script>')
+    return path
+
+
+@pytest.fixture(scope="module", params=ENGINES)
+def exported(request, pack):
+    TARGETS[request.param](pack, pack.parent / request.param)
+    return request.param, pack.parent / request.param
+
+
+def test_the_document_is_what_lies_in_the_folder(pack, tmp_path, run):
+    code, out, error = run("export", pack, "--to", "godot", "--textures", "dds", "-o", tmp_path / "out", "--json")
+    assert (code, error) == (0, "")
+    document, stored = json.loads(out), json.loads((tmp_path / "out" / "facezip.json").read_text())
+    assert document.pop("output") == str(tmp_path / "out")
+    assert document.pop("bytes") == sum(file.stat().st_size for file in (tmp_path / "out").rglob("*") if file.is_file())
+    assert document == stored
+    assert document["codec"]["rmse"] > 0
+    assert run("export", pack, "--to", "godot", "-o", tmp_path / "out")[0] == ExitCode.CANNOT_WRITE
+    assert run("export", pack, "--to", "unity", "-o", tmp_path / "out", "--overwrite")[0] == 0
+    assert not (tmp_path / "out" / "facezip_head.gd").exists()
+
+
+def test_names_are_shown_and_do_nothing(exported, pack):
+    _, folder = exported
+    files = [file for file in folder.rglob("*") if file.is_file()]
+    known = set("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._")
+    assert all({*file.name} <= known for file in files)
+    assert sorted(entry.name for entry in pack.parent.iterdir() if entry.name in ("owned", "x")) == []
+    document = json.loads((folder / "facezip.json").read_text())
+    assert document["order"] == list(NASTY)
+    texts = [file for file in files if file.suffix not in (".json", ".png", ".glb")]
+    assert texts
+    for file in texts:
+        content = file.read_text(encoding="utf-8")
+        assert not any(name in content for name in (*NASTY, "<script>")), file.name
+
+
+def test_reconstruction_by_the_document_alone_is_the_pack(exported, pack):
+    """What an engine programmer does who reads nothing but ``facezip.json``."""
+    _, folder = exported
+    document, model = json.loads((folder / "facezip.json").read_text()), read_pack(pack)
+    textures = document["textures"]
+    texture = read_texture_exactly(folder / textures["neutral"]["file"]) / 255
+    name = NASTY[2]
+    column, row = document["expressions"][name]["weight_tile"]
+    weights = textures["weights_0"]
+    h, w = weights["size"]
+    tile = read_texture_exactly(folder / weights["file"])[row * h : (row + 1) * h, column * w : (column + 1) * w] / 255
+    tile = tile * weights["scale"] + weights["offset"]
+    np.testing.assert_allclose(tile, model.weights[2], atol=1e-5)
+    for i in range(4):
+        entry = textures[f"difference_{i}"]
+        values = (read_texture_exactly(folder / entry["file"]) / 255 - entry["zero"]) * entry["scale"]
+        np.testing.assert_allclose(values, model.differences[i], atol=1e-5)
+    np.testing.assert_allclose(texture, model.neutral, atol=1e-6)
+
+
+@pytest.mark.parametrize("target", [target for target in TARGETS if target != "web"])
+def test_a_damaged_pack_is_refused_as_verify_refuses_it(pack, tmp_path, target):
+    shutil.copytree(pack, tmp_path / "spoilt")
+    content = bytearray((tmp_path / "spoilt" / "difference_1.png").read_bytes())
+    content[len(content) // 2] ^= 1
+    (tmp_path / "spoilt" / "difference_1.png").write_bytes(content)
+    with pytest.raises(FaceZipError) as caught:
+        read_pack(tmp_path / "spoilt")
+    with pytest.raises(FaceZipError) as mine:
+        TARGETS[target](tmp_path / "spoilt", tmp_path / "out")
+    assert (str(mine.value), mine.value.code) == (str(caught.value), ErrorCode.BAD_PACK)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["spoilt"]
+
+
+def test_wrong_calls_are_one_line_and_write_nothing(pack, tmp_path, run):
+    (tmp_path / "photos").mkdir()
+    (tmp_path / "photos" / "me.jpg").write_bytes(b"precious")
+    calls = {
+        ("--to", "nowhere", "-o", tmp_path / "x"): ExitCode.USAGE,
+        ("--to", "unreal", "--textures", "dds", "-o", tmp_path / "x"): ExitCode.BAD_INPUT,
+        ("--to", "unity", "-o", tmp_path / "photos", "--overwrite"): ExitCode.CANNOT_WRITE,
+        ("--to", "unity", "-o", "/proc/nowhere/x"): ExitCode.CANNOT_WRITE,
+    }
+    for arguments, code in calls.items():
+        ended, out, error = run("export", pack, *arguments)
+        assert (ended, out) == (code, ""), error
+        if code is not ExitCode.USAGE:
+            assert len(error.splitlines()) == 1
+    assert [entry.name for entry in tmp_path.iterdir()] == ["photos"]
+    assert (tmp_path / "photos" / "me.jpg").read_bytes() == b"precious"
+
+
+def test_a_missing_encoder_is_named_with_the_command_that_installs_it(pack, tmp_path, monkeypatch):
+    monkeypatch.setenv("NODE_PATH", "")
+    monkeypatch.chdir(tmp_path)
+    assert find_package() is None
+    with pytest.raises(FaceZipError, match="npm install ktx2-encoder"):
+        TARGETS["gltf"](pack, tmp_path / "out", textures="ktx2")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_scripts_are_of_their_languages(exported):
+    target, folder = exported
+    if target == "unreal":
+        ast.parse((folder / "setup_facezip.py").read_text(encoding="utf-8"))
+    elif target == "godot":
+        parser = pytest.importorskip("gdtoolkit.parser")
+        parser.parser.parse((folder / "facezip_head.gd").read_text(encoding="utf-8"))
+    elif target == "unity":
+        sitter, grammar = pytest.importorskip("tree_sitter"), pytest.importorskip("tree_sitter_c_sharp")
+        parser = sitter.Parser(sitter.Language(grammar.language()))
+        for file in ("FaceZipHead.cs", "Editor/FaceZipImport.cs"):
+            assert not parser.parse((folder / file).read_bytes()).root_node.has_error
+
+
+def test_guides_state_the_settings_that_break_a_blend(exported):
+    target, folder = exported
+    if target == "gltf":
+        return
+    guide = (folder / "GUIDE.md").read_text(encoding="utf-8").lower()
+    assert "| neutral, differences |" in guide
+    assert "| weights |" in guide
+    assert all(word in guide for word in ("srgb", "mip-maps", "repeat" if target == "godot" else "clamp"))
+    assert len(guide.splitlines()) < 60
+
+
+@pytest.mark.parametrize(("target", "option"), [("web", "--textures"), ("unity", "--character")])
+def test_an_option_of_another_target_is_refused(run, pack, tmp_path, target, option):
+    value = "png" if option == "--textures" else tmp_path
+    code, _, err = run("export", pack, "--to", target, option, value, "-o", tmp_path / "x")
+    assert code == ExitCode.USAGE
+    assert option in err
+    assert not (tmp_path / "x").exists()

@@ -1,0 +1,30 @@
+"""``facezip rates`` as its users call it."""
+
+import json
+
+from facezip import save_character
+from facezip.errors import ExitCode
+from tests.facezip.conftest import random_character
+from tests.test_cli import run
+
+
+def test_the_report_is_a_page_with_its_numbers_beside_it_and_is_kept(tmp_path):
+    save_character(random_character(side=32, expressions=2), tmp_path / "sheet")
+    call = ("rates", tmp_path / "sheet", "-o", tmp_path / "rates", "--blends-to", 0, "--effort", "fast", "--json")
+    done = run(*call)
+    assert done.returncode == 0, done.stderr
+    answer = json.loads(done.stdout)
+    stored = json.loads((tmp_path / "rates" / "rates.json").read_text(encoding="utf-8"))
+    assert answer["rounds"] == stored["rounds"]
+    assert len(stored["rounds"][0]["points"]) > 10
+    assert ".tmp" not in json.dumps(answer)
+    assert (tmp_path / "rates" / "index.html").is_file()
+    assert run(*call).returncode == ExitCode.CANNOT_WRITE
+
+
+def test_a_round_that_adds_nothing_is_refused_before_any_work(tmp_path):
+    save_character(random_character(side=32, expressions=4), tmp_path / "sheet")
+    done = run("rates", tmp_path / "sheet", "-o", tmp_path / "rates", "--blends-to", 3)
+    assert done.returncode == ExitCode.BAD_INPUT
+    assert done.stderr.startswith("facezip: ")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["sheet"]
