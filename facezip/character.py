@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from facezip.decoding import stated_size
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.meshes import Topology, read_obj, write_obj
-from facezip.names import first_unusable, printable
+from facezip.names import MAX_CHARACTERS, first_unusable, printable
 from facezip.progress import track
 from facezip.reading import check_expansion, reading
 from facezip.textures import TEXTURE_SUFFIXES, Texels, read_texture, to_float, write_texture
@@ -87,7 +87,8 @@ def check_names(expressions: tuple[str, ...], whose: str | Path) -> None:
     unusable = first_unusable(expressions)
     if unusable is not None:
         raise FaceZipError(
-            ErrorCode.UNSAFE_NAME, f"{whose}: expression name '{unusable}' cannot be a file name; rename it"
+            ErrorCode.UNSAFE_NAME,
+            f"{whose}: expression name '{unusable[:MAX_CHARACTERS]}' cannot be a file name; rename it",
         )
 
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from facezip.glb import Glb, GlbFault
 from facezip.meshes import MAX_COORDINATE, Topology
+from facezip.reading import MOST_EXPANSION, SPARE
 
 TRIANGLES = 4
 
@@ -33,9 +34,12 @@ class ScannedMesh:
 
 
 def read_mesh(glb: Glb) -> ScannedMesh:
-    """Read the mesh with morph targets; ``GlbFault`` where there is none, or more than one."""
+    """Read the mesh with morph targets; ``GlbFault`` where there is none, more than one, or one out of proportion."""
     index, names, primitive = _morphing(glb)
     neutral = _positions(glb, primitive["attributes"].get("POSITION"), None)
+    # A target without bytes is a legitimate one, which moves nothing, but so many of them are not.
+    if neutral.nbytes * (len(names) + 1) > max(SPARE, MOST_EXPANSION * len(glb.binary)):
+        raise GlbFault(f"{len(names)} targets of {len(neutral)} vertices in {len(glb.binary)} bytes; export it again")
     deltas = [_positions(glb, target.get("POSITION"), len(neutral)) for target in primitive["targets"]]
     turn = _transform(glb, index)
     neutral, shapes = neutral @ turn.T, [(neutral + delta) @ turn.T for delta in deltas]
@@ -120,15 +124,15 @@ def _transform(glb: Glb, mesh: int) -> NDArray[np.float32]:
     parents = {child: index for index, node in enumerate(nodes) for child in node.get("children", [])}
     at = next((index for index, node in enumerate(nodes) if node.get("mesh") == mesh), None)
     total, seen = np.eye(3), set[int]()
-    while at is not None and at not in seen:
-        seen.add(at)
-        total = _linear(nodes[at]) @ total
-        at = parents.get(at)
     with np.errstate(all="ignore"):
+        while at is not None and at not in seen:
+            seen.add(at)
+            total = _linear(nodes[at]) @ total
+            at = parents.get(at)
         size = np.cbrt(abs(np.linalg.det(total)))
-    if not np.isfinite(total).all() or not 1e-12 < size < 1e12:
+        unit = total / size
+    if not 1e-12 < size < 1e12 or not np.abs(unit).max() < 1e6:
         raise GlbFault("its node has a transform that flattens it or is no number; export it again")
-    unit = total / size
     exact = np.eye(3) if np.allclose(unit, np.eye(3), atol=1e-6) else unit
     return exact.astype(np.float32)
 

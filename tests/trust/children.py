@@ -109,9 +109,8 @@ def _answer(work: Callable[[], Any], writer: int) -> None:
         code = 0
     except BaseException:
         answer = json.dumps(traceback.format_exc())
-    with contextlib.suppress(BaseException):
-        with os.fdopen(writer, "w") as pipe:
-            pipe.write(answer)
+    with contextlib.suppress(BaseException), os.fdopen(writer, "w") as pipe:
+        pipe.write(answer)
     os._exit(code)
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from facezip import FaceZipError, load_character, read_pack, save_character, write_pack
+from facezip.glb import Glb
 from facezip.manifest import FILE_NAME
 from facezip.meshes import read_obj
 from facezip.textures import read_texture, write_texture
@@ -53,7 +54,9 @@ def make_claims(work: Path) -> dict[str, Callable[[], Any]]:
         "png-profile-bomb-and-no-pixels.png": _png(64, 64, b"", chunks=[(b"iCCP", b"a\0\0" + _zeros(2**28))]),
         "png-chunk-of-2-gigabytes.png": b"\x89PNG\r\n\x1a\n" + struct.pack(">I4s", 2**31 - 1, b"IHDR") + b"\0" * 64,
         "tiff-largest-sides.tif": _tiff({256: 2**31 - 1, 257: 2**31 - 1, 258: 8, 273: 8, 277: 1, 278: 1, 279: 1}),
-        "tiff-16384-square-in-no-data.tif": _tiff({256: 16384, 257: 16384, 258: 8, 273: 8, 277: 3, 278: 16384, 279: 2**30}),
+        "tiff-16384-square-in-no-data.tif": _tiff(
+            {256: 16384, 257: 16384, 258: 8, 273: 8, 277: 3, 278: 16384, 279: 2**30}
+        ),
         "tiff-one-strip-of-4-gigabytes.tif": _tiff({256: 64, 257: 64, 258: 8, 273: 8, 277: 3, 278: 64, 279: 2**32 - 1}),
         "tiff-largest-tile.tif": _tiff({256: 64, 257: 64, 258: 8, 277: 3, 322: 2**30, 323: 2**30, 324: 8, 325: 2**30}),
         "tiff-65535-samples.tif": _tiff({256: 64, 257: 64, 258: 8, 273: 8, 277: 65535, 278: 64, 279: 64}),
@@ -62,7 +65,7 @@ def make_claims(work: Path) -> dict[str, Callable[[], Any]]:
         "exr-16384-square-in-no-data.exr": _exr(0, 16383),
         "exr-largest-tile.exr": _exr(0, 63, tile=2**31 - 1),
         "exr-attribute-of-2-gigabytes.exr": _exr(0, 63, text=2**31 - 1),
-        "jpeg-largest-sides.jpg": b"\xff\xd8\xff\xc0\0\x11\x08\xff\xff\xff\xff\x03\x01\x22\0\x02\x11\x01\x03\x11\x01\xff\xd9",
+        "jpeg-largest-sides.jpg": bytes.fromhex("ffd8ffc0001108ffffffff03012200021101031101ffd9"),
     }  # fmt: skip
     meshes = {
         "obj-10-million-lines.obj": b"v 0 0 0\n" * 10_000_000,
@@ -77,8 +80,41 @@ def make_claims(work: Path) -> dict[str, Callable[[], Any]]:
     with open(work / "obj-of-a-terabyte.obj", "wb") as file:
         file.truncate(2**40)
     claims["obj-of-a-terabyte.obj"] = lambda: read_obj(work / "obj-of-a-terabyte.obj")
+    claims |= _glbs(work)
     claims["character-of-500-bombs"] = _character_of_bombs(work / "bombs")
     return claims | dict(_packs(work))
+
+
+def _glbs(work: Path) -> dict[str, Callable[[], Any]]:
+    """Characters in one file, whose JSON states more than its bytes hold."""
+    character = random_character(side=16, grid=3, expressions=2)
+    changes: dict[str, Callable[[dict[str, Any]], Any]] = {
+        "glb-accessor-of-4-billion": lambda d: d["accessors"][0].update(count=2**32 - 1),
+        "glb-zeros-without-bytes": lambda d: (
+            d["accessors"][0].update(count=2**32 - 1) or d["accessors"][0].pop("bufferView")
+        ),
+        "glb-view-of-4-gigabytes": lambda d: d["bufferViews"][0].update(byteLength=2**32 - 1),
+        "glb-of-50000-targets": lambda d: _with_targets(d, 50_000),
+        "glb-of-lists": lambda d: d.update(extras=[[]] * 10**6),
+    }
+    claims = {}
+    for name, change in changes.items():
+        save_character(character, work / f"{name}.glb")
+        glb = Glb.read(work / f"{name}.glb")
+        change(glb.document)
+        (work / f"{name}.glb").write_bytes(glb.to_bytes())
+        claims[name] = lambda name=name: load_character(work / f"{name}.glb")
+    sparse = work / "glb-of-a-terabyte.glb"
+    save_character(character, sparse)
+    with open(sparse, "r+b") as file:
+        file.truncate(2**40)
+    return claims | {sparse.stem: lambda: load_character(sparse)}
+
+
+def _with_targets(document: dict[str, Any], count: int) -> None:
+    mesh = document["meshes"][0]
+    mesh["primitives"][0]["targets"] = [{}] * count
+    mesh["extras"]["targetNames"] = [f"t{n}" for n in range(count)]
 
 
 def _packs(work: Path) -> list[tuple[str, Callable[[], Any]]]:
@@ -154,7 +190,9 @@ def _png(
 
 
 def _tiff(tags: dict[int, int]) -> bytes:
-    entries = b"".join(struct.pack("<HHII", tag, 4, 1, value) for tag, value in sorted(tags.items() | {(262, 2), (259, 1)}))
+    entries = b"".join(
+        struct.pack("<HHII", tag, 4, 1, value) for tag, value in sorted(tags.items() | {(262, 2), (259, 1)})
+    )
     return b"II*\0\x08\0\0\0" + struct.pack("<H", len(tags) + 2) + entries + b"\0" * 64
 
 

@@ -34,4 +34,6 @@ class Row:
             return f"  skip  {self.what}: {self.skipped}"
         faults = ", ".join(f"{count} {fault}" for fault, count in self.faults.items())
         line = f"  {'ok  ' if self.passed else 'FAIL'}  {self.cases:6,}  {self.what}: {faults}"
-        return "\n".join([f"{line} ({self.notes})" if self.notes else line, *(f"          {e}" for e in self.examples[:5])])
+        return "\n".join(
+            [f"{line} ({self.notes})" if self.notes else line, *(f"          {e}" for e in self.examples[:5])]
+        )

@@ -25,6 +25,7 @@ from tests.facezip.conftest import random_character
 from tests.trust import mutations
 from tests.trust.children import in_child
 from tests.trust.damage import GOLDEN
+from tests.trust.findings import Row
 from tests.trust.mutants import COMPRESSIONS, store_as
 
 FINDINGS = Path(__file__).parent.parent / "data" / "findings"
@@ -35,6 +36,7 @@ READERS: dict[str, Callable[[Path], Any]] = {
     "image": read_texture,
     "mesh": read_obj,
     "pack": lambda file: read_pack(file.parent),
+    "glb": load_character,
     "character": lambda file: load_character(file.parent),
 }
 
@@ -49,9 +51,12 @@ def make_corpus(work: Path) -> dict[str, list[Path]]:
             store_as(folder / "neutral.png", suffix, kind)
             images.append(folder / f"neutral{suffix}")
     save_character(random_character(side=16, grid=3, expressions=2), work / "character")
+    (work / "glb").mkdir()
     shutil.copytree(GOLDEN, work / "pack")
+    save_character(random_character(side=16, grid=3, expressions=2), work / "glb" / "sheet.glb")
     character = sorted((work / "character").iterdir())
     return {
+        "glb": [work / "glb" / "sheet.glb"],
         "image": images,
         "mesh": [file for file in character if file.suffix == ".obj"],
         "pack": [work / "pack" / FILE_NAME, *sorted((work / "pack").glob("*.png"))[:3]],
@@ -82,6 +87,19 @@ def try_bytes(reader: str, file: Path, content: bytes) -> str:
         file.write_bytes(original)
 
 
+def check_fuzz(work: Path, part: float) -> list[Row]:
+    """The first batches of each reader, always the same ones."""
+    corpus = make_corpus(work)
+    return [_row(reader, files, max(1, round(5 * part))) for reader, files in corpus.items()]
+
+
+def _row(reader: str, files: list[Path], batches: int) -> Row:
+    found = [fault for seed in range(batches) for *_, fault in _batch(reader, files, seed)]
+    return Row(
+        f"fuzzed inputs of the {reader} reader", batches * BATCH, {"findings": len(found)}, examples=tuple(found)
+    )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=60)
@@ -102,7 +120,7 @@ def main() -> None:
 
 
 def _batch(reader: str, files: list[Path], seed: int) -> list[tuple[str, str, str]]:
-    """Findings of a batch: reader, file and what it was, with the bytes as hexadecimal digits in the place of a file."""
+    """Findings of a batch: reader and file, the bytes as hexadecimal digits, and what happened."""
     cases = _cases(files, seed)
     outcome = in_child(lambda: [try_bytes(reader, file, content) for file, content in cases], limit=300)
     if outcome.code == 0:
@@ -112,7 +130,8 @@ def _batch(reader: str, files: list[Path], seed: int) -> list[tuple[str, str, st
         for file, content in cases:
             single = in_child(lambda file=file, content=content: try_bytes(reader, file, content), limit=20)
             faults.append(single.answer if single.code == 0 else f"ended with {single.code}")
-    return [(f"{reader}{file.suffix}", content.hex(), fault) for (file, content), fault in zip(cases, faults) if fault]
+    pairs = zip(cases, faults, strict=True)
+    return [(f"{reader}-{file.name}", content.hex(), fault) for (file, content), fault in pairs if fault]
 
 
 def _cases(files: list[Path], seed: int) -> list[tuple[Path, bytes]]:

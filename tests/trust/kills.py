@@ -1,4 +1,4 @@
-"""Writers that are killed, interrupted or refused by the disk: the old pack or the new one is there, whole, each time."""
+"""Writers that are killed, interrupted or refused by the disk: the old pack or the new one is there, whole."""
 
 import contextlib
 import os
@@ -6,6 +6,7 @@ import random
 import shutil
 import signal
 import subprocess
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -15,7 +16,7 @@ from facezip import FaceZipError, compress, read_pack, renaming, save_character,
 from facezip.errors import ErrorCode
 from facezip.manifest import FILE_NAME
 from tests.facezip.conftest import random_character, random_model
-from tests.trust.children import FAILED, command, in_child, start_child
+from tests.trust.children import command, in_child, start_child
 from tests.trust.findings import Row
 
 NOBODY = 65534
@@ -25,11 +26,13 @@ def check_kills(work: Path, part: float) -> list[Row]:
     """200 random kills, half of them where names cannot be exchanged, and one at every rename."""
     return [
         _random_kills(work / "exchange", max(3, round(100 * part)), _overwrite_for_ever),
-        _random_kills(work / "renames", max(3, round(100 * part)), lambda packs: _without_exchange(_overwrite_for_ever, packs)),
+        _random_kills(
+            work / "renames", max(3, round(100 * part)), lambda packs: _without_exchange(_overwrite_for_ever, packs)
+        ),
         _kills_at_each_rename(work / "points"),
         _full_disk(work / "disk", max(3, round(40 * part))),
         _read_only_mount(work / "mounted"),
-        _read_only_folder(work / "folder"),
+        _read_only_folder(),
         _interrupts(work / "interrupts", max(2, round(20 * part))),
     ]
 
@@ -78,7 +81,9 @@ def _random_kills(work: Path, count: int, write: Callable[[Packs], None]) -> Row
         interrupted += bool(packs.leftovers())
         _judge(packs, f"kill {number}", faults, examples)
     how = "names exchanged" if write is _overwrite_for_ever else "without exchange"
-    return Row(f"kill -9 while overwriting, {how}", count, faults, f"{interrupted} left something behind", tuple(examples))
+    return Row(
+        f"kill -9 while overwriting, {how}", count, faults, f"{interrupted} left something behind", tuple(examples)
+    )
 
 
 def _judge(packs: Packs, case: str, faults: dict[str, int], examples: list[str]) -> None:
@@ -162,7 +167,7 @@ def _full_disk(work: Path, count: int) -> Row:
                 faults["no clear error"] += 1
                 examples.append(f"{room} bytes: {message}")
             (work / "ballast").unlink()
-            _judge(packs, f"{room} bytes", {k: 0 for k in list(faults)[:2]}, examples) if message else None
+            _judge(packs, f"{room} bytes", dict.fromkeys(list(faults)[:2], 0), examples) if message else None
         return Row(what, count, faults, f"{refused} refused", tuple(examples))
 
 
@@ -175,15 +180,16 @@ def _read_only_mount(work: Path) -> Row:
         return _refusal("read-only disk", packs, _error_of(lambda: packs.write(1)))
 
 
-def _read_only_folder(work: Path) -> Row:
-    """As an ordinary user: root may write anywhere."""
-    packs = Packs(work)
-    for folder in (work, packs.folder):
-        folder.chmod(0o555)
-    outcome = in_child(lambda: (os.getuid() or os.setuid(NOBODY), _error_of(lambda: packs.write(1)))[1])
-    for folder in (work, packs.folder):
-        folder.chmod(0o755)
-    return _refusal("read-only folder", packs, str(outcome.answer))
+def _read_only_folder() -> Row:
+    """As an ordinary user, who gets through to a folder of its own: root may write anywhere."""
+    with tempfile.TemporaryDirectory() as place:
+        packs = Packs(Path(place))
+        for folder in (Path(place), packs.folder):
+            folder.chmod(0o555)
+        outcome = in_child(lambda: (os.getuid() or os.setuid(NOBODY), _error_of(lambda: packs.write(1)))[1])
+        for folder in (Path(place), packs.folder):
+            folder.chmod(0o755)
+        return _refusal("read-only folder", packs, str(outcome.answer))
 
 
 def _refusal(what: str, packs: Packs, message: str) -> Row:
@@ -211,7 +217,9 @@ def _interrupts(work: Path, count: int) -> Row:
         messages = (work / "messages").read_text(encoding="utf-8")
         caught += code == 130
         clear = code == 0 or (code == 130 and len(messages.split()) < 15 and "facezip: interrupted" in messages)
-        for fault, found in zip(faults, (packs.lost(), packs.leftovers(), "" if clear else f"{code} {messages}"), strict=True):
+        for fault, found in zip(
+            faults, (packs.lost(), packs.leftovers(), "" if clear else f"{code} {messages}"), strict=True
+        ):
             if found:
                 faults[fault] += 1
                 examples.append(f"interrupt {number}: {found}")

@@ -117,7 +117,16 @@ def _fault(mutant: Path, options: tuple) -> tuple[str, int]:
 
 def _ends(mutant: Path, output: Path, options: tuple) -> bool:
     """Whether the same call ends well in a process of its own."""
-    call = [sys.executable, "-c", "from facezip.cli import main; main()", "compress", mutant, "-o", output, "--overwrite"]
+    call = [
+        sys.executable,
+        "-c",
+        "from facezip.cli import main; main()",
+        "compress",
+        mutant,
+        "-o",
+        output,
+        "--overwrite",
+    ]
     try:
         done = subprocess.run([*map(str, (*call, *options))], capture_output=True, timeout=120, check=False)
     except subprocess.TimeoutExpired:

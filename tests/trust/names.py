@@ -4,12 +4,13 @@ import re
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from facezip import FaceZipError, read_pack, save_character, write_pack
+from facezip.export.web import export_web
 from facezip.names import is_safe_name
 from render.validation import Settings, validate
 from reports.paper.experiments import Settings as PaperSettings
@@ -47,15 +48,16 @@ FLAGS = [
 
 
 def check_names(work: Path, part: float) -> list[Row]:
-    """Every name by every way in; the pages with all names at once. ``part`` leaves none out."""
-    return [_written(work / "files"), *_pages(work / "pages")]
+    """Every name by every way in; the pages with all names at once. A small ``part`` takes some names and one page."""
+    names, pages = (HOSTILE, PAGES) if part == 1 else (HOSTILE[::5], list(PAGES)[-1:])
+    return [_written(work / "files", names), *(_page(work / kind, kind) for kind in pages)]
 
 
-def _written(work: Path) -> Row:
+def _written(work: Path, names: Sequence[str]) -> Row:
     """Names that a library call, a file system and a forged pack bring in."""
     faults, examples = {"written outside": 0, "other exceptions": 0}, []
     ways: list[Callable[[Path, str], Any]] = [_by_library, _by_folder, _by_forged_pack, _by_forged_files]
-    for number, name in enumerate(HOSTILE):
+    for number, name in enumerate(names):
         for way in ways:
             place = work / f"{number}" / way.__name__
             (place / "here").mkdir(parents=True)
@@ -67,7 +69,8 @@ def _written(work: Path) -> Row:
             if outcome.code or outcome.answer:
                 faults["other exceptions"] += 1
                 examples.append(f"{name!r} {way.__name__}: {outcome.code} {outcome.answer}")
-    return Row(f"{len(HOSTILE)} hostile names by {len(ways)} ways", len(HOSTILE) * len(ways), faults, examples=tuple(examples))
+    what = f"hostile names, {len(names)} by {len(ways)} ways"
+    return Row(what, len(names) * len(ways), faults, examples=tuple(examples))
 
 
 def _try(way: Callable[[Path, str], Any], here: Path, name: str) -> str:
@@ -93,7 +96,9 @@ def _by_library(here: Path, name: str) -> None:
 
 
 def _by_folder(here: Path, name: str) -> None:
-    """A folder of scans with that name in it, and of that name, through the commands."""
+    """A folder of scans with that name in it, through the commands."""
+    if "/" in name:
+        return  # No file can have that name.
     scans = here / "scans"
     save_character(random_character(side=16, grid=3, expressions=3), scans)
     try:
@@ -125,14 +130,15 @@ def _by_forged_files(here: Path, name: str) -> None:
 
 def _forged(here: Path, changes: dict[str, Any]) -> None:
     pack = here / "forged.facezip"
-    shutil.rmtree(pack, ignore_errors=True)
+    for old in (pack, here / "textures"):
+        shutil.rmtree(old, ignore_errors=True)
     write_pack(random_model(), pack)
     try:
         sign(pack, changes)
     except UnicodeEncodeError:
         return  # Not even a forger can write that.
     _refused_or_done(lambda: read_pack(pack))
-    for arguments in (["info", pack], ["decompress", pack, "-o", here / "textures", "--overwrite"]):
+    for arguments in (["info", pack], ["decompress", pack, "-o", here / "textures"]):
         code = command(arguments, here / "messages")
         said = (here / "messages").read_text(encoding="utf-8")
         if code not in (0, 3) or not said.replace("\n", "").isprintable():
@@ -147,20 +153,17 @@ def _refused_or_done(work: Callable[[], Any]) -> None:
             raise RuntimeError(f"unprintable message {error!s}") from None
 
 
-def _pages(work: Path) -> list[Row]:
-    """The three reports, with every name in them, with their content security policy and without."""
-    rows = []
-    for kind, write in (("validate", _validation_page), ("paper", _paper_page), ("rates", _rates_page)):
-        what = f"{len(HOSTILE)} hostile names in the page of {kind}, opened in Chromium"
-        if CHROMIUM is None:
-            rows.append(Row(what, 0, skipped="Chromium is not installed"))
-            continue
-        page = write(work / kind)
-        bare = page.with_name("bare.html")
-        bare.write_text(POLICY.sub("", page.read_text(encoding="utf-8")), encoding="utf-8")
-        ran = sum("data-owned" in _dom(each) for each in (page, bare))
-        rows.append(Row(what, 2, {"ran": ran, "without a policy": int(not POLICY.search(page.read_text(encoding="utf-8")))}))
-    return rows
+def _page(work: Path, kind: str) -> Row:
+    """A page with every name in it, opened in Chromium, with its content security policy and without."""
+    what = f"page of {kind} with hostile names, opened in Chromium"
+    if CHROMIUM is None:
+        return Row(what, 0, skipped="Chromium is not installed")
+    page = PAGES[kind](work)
+    content = page.read_text(encoding="utf-8")
+    bare = page.with_name("bare.html")
+    bare.write_text(POLICY.sub("", content), encoding="utf-8")
+    ran = sum("data-owned" in _dom(each) for each in (page, bare))
+    return Row(what, 2, {"ran": ran, "without a policy": int(not POLICY.search(content))})
 
 
 def _names(count: int) -> tuple[str, ...]:
@@ -190,6 +193,18 @@ def _rates_page(folder: Path) -> Path:
     document = measure_rates(character, 0, "fast", 0)
     document["conditions"]["texture_region"] = MARKUP[3]
     return write_rates_report(document | {"command": MARKUP[1]}, folder)
+
+
+def _viewer_page(folder: Path) -> Path:
+    """Of the names that a pack may hold; the others are refused before (see above)."""
+    folder.mkdir(parents=True)
+    names = tuple(name for name in _names(len(HOSTILE)) if is_safe_name(name))
+    model = replace(random_model(expressions=len(names), meshes=True), expressions=names)
+    write_pack(model, folder / "h.facezip", name=MARKUP[1], made_with={MARKUP[0]: MARKUP[7]})
+    return Path(export_web(folder / "h.facezip", folder / "index.html")["output"])
+
+
+PAGES = {"paper": _paper_page, "rates": _rates_page, "validate": _validation_page, "the viewer": _viewer_page}
 
 
 def _dom(page: Path) -> str:
