@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from facezip.glb import Glb, GlbFault
 from facezip.meshes import MAX_COORDINATE, Topology
+from facezip.ranges import MAX_EXPRESSIONS
 from facezip.reading import MOST_EXPANSION, SPARE
 
 TRIANGLES = 4
@@ -72,8 +73,8 @@ def _morphing(glb: Glb) -> tuple[int, tuple[str, ...], dict[str, Any]]:
     count = len(primitive["targets"])
     if len(names) != count or len({*map(str, names)}) != count or not all(isinstance(name, str) for name in names):
         raise GlbFault("its morph targets have no names of their own (extras.targetNames); name them and export again")
-    if count < 2:
-        raise GlbFault(f"{count} morph target(s); at least two besides the neutral")
+    if not 2 <= count <= MAX_EXPRESSIONS:
+        raise GlbFault(f"{count} morph target(s); 2 to {MAX_EXPRESSIONS} besides the neutral")
     return found[0], tuple(names), primitive
 
 

@@ -30,6 +30,11 @@ from tests.trust.mutants import COMPRESSIONS, store_as
 
 FINDINGS = Path(__file__).parent.parent / "data" / "findings"
 BATCH = 200
+TEXTUAL = {
+    ".obj": [mutations.change_token] * 6,
+    ".json": [mutations.change_token] * 6,
+    ".glb": [mutations.change_number] * 12,
+}
 
 # A file of the corpus → the reader that gets it, and the folder in which it stands.
 READERS: dict[str, Callable[[Path], Any]] = {
@@ -139,7 +144,7 @@ def _cases(files: list[Path], seed: int) -> list[tuple[Path, bytes]]:
     cases = []
     for _ in range(BATCH):
         file = rng.choice(files)
-        kinds = (*mutations.ALL, *([mutations.change_token] * 6 if file.suffix in (".obj", ".json") else []))
+        kinds = (*mutations.ALL, *TEXTUAL.get(file.suffix, ()))
         cases.append((file, mutations.mutate(rng, file.read_bytes(), kinds)))
     return cases
 

@@ -34,7 +34,7 @@ def check_mutants(work: Path, part: float) -> list[Row]:
     rows = []
     for suffix in (".obj", *COMPRESSIONS):
         originals = _originals(work / suffix[1:], suffix)
-        _warm(originals[0])
+        _warm(originals[0], suffix)
         rows.append(_row(suffix, originals, max(4, round(250 * part))))
     return rows
 
@@ -64,11 +64,10 @@ def store_as(image: Path, suffix: str, kind: str) -> None:
     output.close()
 
 
-def _warm(folder: Path) -> None:
+def _warm(folder: Path, suffix: str) -> None:
     """Kernels are compiled once here, not in every child."""
     scans = load_character(folder)
-    compress(scans)
-    compress(scans, "paper", masks=4, restarts=2)
+    compress(scans, "paper", masks=4, restarts=2) if suffix == ".obj" else compress(scans)
 
 
 def _row(suffix: str, originals: list[Path], count: int) -> Row:

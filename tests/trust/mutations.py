@@ -1,6 +1,7 @@
 """Small changes to the bytes of a file, of the kinds that disks, networks and attackers make."""
 
 import random
+import re
 from collections.abc import Callable
 
 Mutation = Callable[[random.Random, bytes], bytes]
@@ -48,6 +49,14 @@ def change_token(rng: random.Random, content: bytes) -> bytes:
     words = content.split(b" ")
     words[rng.randrange(len(words))] = rng.choice([*odd, b"", b"\n", b"\0"])
     return b" ".join(words)
+
+
+def change_number(rng: random.Random, content: bytes) -> bytes:
+    """A number of a text becomes another one of as many digits, so that no length before it gives that away."""
+    digits = rng.choice([*re.finditer(rb"\d+", content[:4096])] or [re.match(b"", content)])
+    length = digits.end() - digits.start()
+    others = [b"9" * length, b"-" + b"9" * (length - 1), b"1e" + b"9" * (length - 2), str(rng.random()).encode()]
+    return _set(content, digits.start(), rng.choice(others)[:length])
 
 
 ALL: tuple[Mutation, ...] = (flip_bit, truncate, overwrite_window, mutate_header, append_tail, insert_or_cut)

@@ -162,7 +162,7 @@ def _page(work: Path, kind: str) -> Row:
     content = page.read_text(encoding="utf-8")
     bare = page.with_name("bare.html")
     bare.write_text(POLICY.sub("", content), encoding="utf-8")
-    ran = sum("data-owned" in _dom(each) for each in (page, bare))
+    ran = sum("data-owned" in dom_of(each) for each in (page, bare))
     return Row(what, 2, {"ran": ran, "without a policy": int(not POLICY.search(content))})
 
 
@@ -207,7 +207,7 @@ def _viewer_page(folder: Path) -> Path:
 PAGES = {"paper": _paper_page, "rates": _rates_page, "validate": _validation_page, "the viewer": _viewer_page}
 
 
-def _dom(page: Path) -> str:
+def dom_of(page: Path) -> str:
     with tempfile.TemporaryDirectory() as profile:
         call = [str(CHROMIUM), *FLAGS, f"--user-data-dir={profile}", page.as_uri()]
         return subprocess.run(call, capture_output=True, text=True, timeout=120, check=True).stdout
