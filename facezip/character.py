@@ -9,13 +9,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.decoding import stated_size
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.meshes import Topology, read_obj, write_obj
+from facezip.names import MAX_CHARACTERS, first_unusable, printable
 from facezip.progress import track
+from facezip.reading import check_expansion, reading
 from facezip.textures import TEXTURE_SUFFIXES, Texels, read_texture, to_float, write_texture
+from facezip.writing import whole_folder
 
 NEUTRAL = "neutral"
 MASK = "mask"
+# Fifty flat 2048 x 2048 textures are no attack; what unfolds to more has to be in proportion to its files.
+SPARE = 2**32
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +82,16 @@ class Character:
         return self.expressions.index(expression)
 
 
+def check_names(expressions: tuple[str, ...], whose: str | Path) -> None:
+    """Raise ``UNSAFE_NAME`` for the first expression whose name cannot be a file name, before any file bears it."""
+    unusable = first_unusable(expressions)
+    if unusable is not None:
+        raise FaceZipError(
+            ErrorCode.UNSAFE_NAME,
+            f"{whose}: expression name '{unusable[:MAX_CHARACTERS]}' cannot be a file name; rename it",
+        )
+
+
 def load_character(path: str | Path) -> Character:
     """Read a character folder: ``neutral.obj`` with its texture, and the same pair per expression; or one ``.glb``.
 
@@ -88,12 +104,19 @@ def load_character(path: str | Path) -> Character:
         One line that names the file: missing partners, fewer than two expressions, textures of another size or type,
         meshes of another topology or UV layout, and everything that the readers of meshes and textures refuse.
     """
-    folder = Path(path)
-    if folder.suffix.lower() == ".glb":
+    path = Path(path)
+    with reading(path):
+        if path.suffix.lower() != ".glb":
+            return _load_folder(path)
         from facezip.gltf_character import load_glb
 
-        return load_glb(folder)
+        return load_glb(path)
+
+
+def _load_folder(folder: Path) -> Character:
     names = _expression_names(folder)
+    check_names(names, folder)
+    _check_sizes(folder, names)
     neutral_vertices, topology = read_obj(folder / f"{NEUTRAL}.obj")
     neutral = read_texture(texture_path(folder, NEUTRAL))
     vertices = np.empty((len(names), *neutral_vertices.shape), np.float32)
@@ -107,7 +130,7 @@ def load_character(path: str | Path) -> Character:
         for _ in track(pool.map(read, range(len(names))), "Reading the character", len(names)):
             pass
     return Character(
-        folder.resolve().name,
+        printable(folder.resolve().name),
         topology,
         names,
         neutral_vertices,
@@ -122,22 +145,29 @@ def save_character(character: Character, folder: str | Path) -> None:
     """Write ``NAME.obj`` and ``NAME.png`` (``.exr`` for float textures) for the neutral and every expression.
 
     Where ``folder`` ends in ``.glb``, one such file is written instead.
+
+    Raises
+    ------
+    FaceZipError
+        ``UNSAFE_NAME``, or ``CANNOT_WRITE``: the folder holds something already, or the disk refuses; nothing is then
+        written.
     """
     folder = Path(folder)
+    check_names(character.expressions, character.name)
     if folder.suffix.lower() == ".glb":
         from facezip.gltf_character import save_glb
 
         save_glb(character, folder)
         return
-    folder.mkdir(parents=True, exist_ok=True)
     suffix = ".exr" if character.neutral.dtype.kind == "f" else ".png"
     names = (NEUTRAL, *character.expressions)
-    for name in track(names, "Writing the character", len(names)):
-        write_obj(folder / f"{name}.obj", character.mesh_vertices(name), character.topology)
-        stored = character.neutral if name == NEUTRAL else character.textures[character.index(name)]
-        write_texture(folder / f"{name}{suffix}", stored)
-    if character.mask is not None:
-        write_texture(folder / f"{MASK}.png", character.mask[:, :, None])
+    with whole_folder(folder, False, lambda _: False) as whole:
+        for name in track(names, "Writing the character", len(names)):
+            write_obj(whole / f"{name}.obj", character.mesh_vertices(name), character.topology)
+            stored = character.neutral if name == NEUTRAL else character.textures[character.index(name)]
+            write_texture(whole / f"{name}{suffix}", stored)
+        if character.mask is not None:
+            write_texture(whole / f"{MASK}.png", character.mask[:, :, None])
 
 
 def _expression_names(folder: Path) -> tuple[str, ...]:
@@ -160,6 +190,19 @@ def _expression_names(folder: Path) -> tuple[str, ...]:
             f"{folder}: {len(names)} expression(s); at least two besides the neutral",
         )
     return names
+
+
+def _check_sizes(folder: Path, names: tuple[str, ...]) -> None:
+    """Refuse, by their headers and before any is decoded, textures that differ or unfold out of proportion."""
+    paths = [texture_path(folder, name) for name in (NEUTRAL, *names)]
+    sizes = [stated_size(path) for path in paths]
+    for path, (height, width, _) in zip(paths, sizes, strict=True):
+        if (height, width) != sizes[0][:2]:
+            raise FaceZipError(
+                ErrorCode.SIZE_MISMATCH,
+                f"{path}: {width}x{height}, the neutral is {sizes[0][1]}x{sizes[0][0]}; export both alike",
+            )
+    check_expansion(folder, sum(size[2] for size in sizes), sum(path.stat().st_size for path in paths), SPARE)
 
 
 def texture_path(folder: Path, name: str) -> Path:

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from facezip.character import Character
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.footprint import Footprint
-from facezip.manifest import MAX_DIFFERENCES
 from facezip.measure import mean_rmse, model_errors
 from facezip.methods import WEIGHT_SCALES, compress
 from facezip.model import CompressedTextures
 from facezip.progress import task
 from facezip.quantise import dequantise, quantise
+from facezip.ranges import MAX_DIFFERENCES
 
 Settings = tuple[int, int]
 

@@ -68,7 +68,10 @@ def main() -> None:
     except FaceZipError as error:
         click.echo(f"facezip: {error}", err=True)
         status = error.exit_code
+    except MemoryError:
+        click.echo("facezip: not enough memory; use smaller textures or a larger machine", err=True)
+        status = ExitCode.BAD_INPUT
     except (click.Abort, KeyboardInterrupt):
-        click.echo("facezip: interrupted; nothing was written", err=True)
+        click.echo("facezip: interrupted; every output is as it was, or complete", err=True)
         status = 130
     sys.exit(int(status or ExitCode.DONE))

@@ -2,6 +2,8 @@
 
 from enum import IntEnum, StrEnum
 
+from facezip.names import printable
+
 
 class ExitCode(IntEnum):
     """What a finished ``facezip`` command tells the shell."""
@@ -28,6 +30,9 @@ class ErrorCode(StrEnum):
     """Every way in which FaceZip refuses its input or its surroundings."""
 
     MISSING_FILE = "missing-file"
+    CANNOT_READ = "cannot-read"
+    TOO_LARGE = "too-large"
+    UNSAFE_NAME = "unsafe-name"
     UNREADABLE_IMAGE = "unreadable-image"
     UNREADABLE_MESH = "unreadable-mesh"
     BAD_TEXELS = "bad-texels"
@@ -37,6 +42,8 @@ class ErrorCode(StrEnum):
     TOO_MANY_MASKS = "too-many-masks"
     BAD_CHARACTER = "bad-character"
     BAD_PACK = "bad-pack"
+    DAMAGED_PACK = "damaged-pack"
+    OTHER_FORMAT = "other-format"
     UNKNOWN_NAME = "unknown-name"
     BAD_VALUE = "bad-value"
     OUT_OF_REACH = "out-of-reach"
@@ -50,12 +57,13 @@ class FaceZipError(Exception):
     Parameters
     ----------
     code : which case it is; stable, for programs.
-    message : one line for people; names the file, the reason and the remedy.
+    message : one line for people; names the file, the reason and the remedy. Names in it may be hostile: what a
+        terminal would obey is escaped.
 
     """
 
     def __init__(self, code: ErrorCode, message: str) -> None:
-        super().__init__(message)
+        super().__init__(printable(message))
         self.code = code
 
     @property

@@ -6,15 +6,19 @@ What a blendshape needs of the format is little, and every offset of a stranger'
 
 import json
 import math
+import os
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 MAGIC, VERSION = b"glTF", 2
+# Of the file and of its first chunk.
+HEADER = 20
 JSON_CHUNK, BINARY_CHUNK = b"JSON", b"BIN\0"
 VERTICES, INDICES = 34962, 34963
 COMPONENTS: dict[int, type[np.generic]] = {
@@ -28,8 +32,9 @@ COMPONENTS: dict[int, type[np.generic]] = {
 CODES = {np.dtype(kind): code for code, kind in COMPONENTS.items()}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
 TYPES = {width: name for name, width in WIDTHS.items()}
-# An accessor without bytes is all zeros, whatever its count says.
-MAX_ZEROS = 2**24
+MAX_BYTES = 2**31
+# A parsed list takes up to 30 times its text.
+MAX_JSON = 2 * 2**20
 
 
 class GlbFault(ValueError):
@@ -50,17 +55,27 @@ class Glb:
     binary: bytes
 
     @classmethod
+    def read(cls, path: Path) -> "Glb":
+        """:meth:`parse` a file, no more of which is held than it states and may have."""
+        with open(path, "rb") as file:
+            size = os.fstat(file.fileno()).st_size
+            if size > MAX_BYTES:
+                raise GlbFault(f"{size} bytes; up to {MAX_BYTES} are read, export it with smaller textures")
+            _check_header(file.read(HEADER), size)
+            file.seek(0)
+            return cls.parse(file.read(size))
+
+    @classmethod
     def parse(cls, content: bytes) -> "Glb":
         """Split a file into its chunks; ``GlbFault`` where its lengths or its JSON are not right."""
-        if len(content) < 20 or content[:4] != MAGIC:
-            raise GlbFault("it does not begin with 'glTF'; export it as a binary .glb")
-        version, length = struct.unpack_from("<II", content, 4)
-        if version != VERSION or length != len(content):
-            raise GlbFault(f"version {version}, {len(content)} bytes where it states {length}; copy or export it again")
+        _check_header(content[:HEADER], len(content))
         chunks = dict(_chunks(content))
+        text = chunks.get(JSON_CHUNK, b"")
+        if len(text) > MAX_JSON:
+            raise GlbFault(f"its JSON chunk has {len(text)} bytes, up to {MAX_JSON} are read; export the face alone")
         try:
-            document = json.loads(chunks[JSON_CHUNK])
-        except (KeyError, ValueError, RecursionError):
+            document = json.loads(text)
+        except (ValueError, RecursionError):
             raise GlbFault("its JSON chunk is not readable; export it again") from None
         if not isinstance(document, dict):
             raise GlbFault("its JSON chunk is no object; export it again")
@@ -100,7 +115,8 @@ class Glb:
             start = _count(accessor.get("byteOffset", 0))
             values = _strided(self.view(accessor["bufferView"]), start, _count(stride), kind, count, width)
         else:
-            if count > MAX_ZEROS:
+            # Without bytes it is all zeros, whatever its count says; something else has as many values.
+            if count > len(self.binary):
                 raise GlbFault(f"accessor {index} states {count} values and holds none; export it again")
             values = np.zeros((count, width), kind)
         if "sparse" in accessor:
@@ -180,6 +196,14 @@ class GlbBuilder:
         return len(entries) - 1
 
 
+def _check_header(header: bytes, size: int) -> None:
+    if size < HEADER or header[:4] != MAGIC:
+        raise GlbFault("it does not begin with 'glTF'; export it as a binary .glb")
+    version, length = struct.unpack_from("<II", header, 4)
+    if version != VERSION or length != size:
+        raise GlbFault(f"version {version}, {size} bytes where it states {length}; copy or export it again")
+
+
 def _chunks(content: bytes) -> list[tuple[bytes, bytes]]:
     found, start = [], 12
     while start < len(content):
@@ -201,14 +225,16 @@ def _chunk(kind: bytes, content: bytes, padding: bytes) -> bytes:
 
 def _count(value: Any) -> int:
     if type(value) is not int or not 0 <= value < 2**32:
-        raise GlbFault(f"{value!r} is no count of bytes or values; export it again")
+        raise GlbFault(f"{repr(value)[:64]} is no count of bytes or values; export it again")
     return value
 
 
 def _layout(accessor: Mapping[str, Any]) -> tuple[np.dtype[Any], int, int]:
     kind, width = COMPONENTS.get(accessor.get("componentType", 0)), WIDTHS.get(str(accessor.get("type")))
     if kind is None or width is None:
-        raise GlbFault(f"an accessor of {accessor.get('type')} is not read here; export plain triangle meshes")
+        raise GlbFault(
+            f"an accessor of {str(accessor.get('type'))[:64]} is not read here; export plain triangle meshes"
+        )
     return np.dtype(kind).newbyteorder("<"), width, _count(accessor.get("count"))
 
 

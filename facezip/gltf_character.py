@@ -5,21 +5,24 @@ show them, and tools that drop what nothing refers to keep them. Files of other 
 texture, image, or file beside the GLB has the morph target's name.
 """
 
+import os
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character import MASK, NEUTRAL, Character, kind_of, mask_of, texture_path
+from facezip.character import MASK, NEUTRAL, SPARE, Character, check_names, kind_of, mask_of, texture_path
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.glb import Glb, GlbFault
 from facezip.gltf import CLAMPED, add_mesh, skin, start
 from facezip.gltf_mesh import ScannedMesh, read_mesh
 from facezip.model import Meshes
+from facezip.names import printable
 from facezip.progress import track
+from facezip.reading import check_expansion
 from facezip.textures import Texels, read_texture, write_texture
 from facezip.writing import write_whole
 
@@ -44,15 +47,17 @@ def load_glb(path: Path) -> Character:
     if not path.is_file():
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such file; give a .glb or a folder with neutral.obj")
     try:
-        glb = Glb.parse(path.read_bytes())
+        glb = Glb.read(path)
         _check_extensions(glb)
         mesh = read_mesh(glb)
+        # Textures may be looked for under these names beside the file.
+        check_names(mesh.names, path)
         textures = _Textures(path, glb, mesh)
         return _character(path, mesh, textures)
     except GlbFault as fault:
         raise FaceZipError(ErrorCode.UNREADABLE_MESH, f"{path}: {fault}") from None
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError, IndexError) as error:
-        reason = f"not valid glTF ({type(error).__name__}: {str(error).splitlines()[0] if str(error) else 'no reason'})"
+        reason = f"not valid glTF ({type(error).__name__}: {(str(error).splitlines() or ['no reason'])[0][:200]})"
         raise FaceZipError(ErrorCode.UNREADABLE_MESH, f"{path}: {reason}; export it again") from None
 
 
@@ -62,8 +67,10 @@ def save_glb(character: Character, path: Path) -> None:
     Raises
     ------
     FaceZipError
-        ``CANNOT_WRITE``, naming the file and the reason.
+        ``CANNOT_WRITE``: the file exists already, or the disk refuses.
     """
+    if os.path.lexists(path):
+        raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{path}: exists already; choose another name")
     glb = start(character.name)
     deltas = character.vertices - character.neutral_vertices
     meshes = Meshes(character.topology, character.neutral_vertices, deltas)
@@ -99,8 +106,16 @@ class _Textures:
         image = self._image(name)
         if image is not None:
             return self._decoded(image)
-        file = texture_path(self._path.parent, name)
+        file = self._beside(name)
         return read_texture(file) if file.is_file() else None
+
+    def stored_bytes(self, names: Iterable[str]) -> int:
+        """Bytes of the file and of all files of these names beside it."""
+        files = [self._path, *filter(Path.is_file, map(self._beside, names))]
+        return sum(file.stat().st_size for file in files)
+
+    def _beside(self, name: str) -> Path:
+        return texture_path(self._path.parent, name)
 
     def _image(self, name: str) -> int | None:
         if name in self._variants:
@@ -144,6 +159,8 @@ def _character(path: Path, mesh: ScannedMesh, textures: _Textures) -> Character:
     neutral = textures.find(NEUTRAL)
     if neutral is None:
         raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: its mesh has no base colour texture; give it one")
+    unfolded = (len(mesh.names) + 1) * neutral.nbytes
+    check_expansion(path, unfolded, textures.stored_bytes(mesh.names), SPARE)
     stack: Texels = np.empty((len(mesh.names), *neutral.shape), neutral.dtype)
     for n, name in enumerate(track(mesh.names, "Reading the character", len(mesh.names))):
         texture = textures.find(name)
@@ -162,7 +179,9 @@ def _character(path: Path, mesh: ScannedMesh, textures: _Textures) -> Character:
         stack[n] = texture
     mask = textures.find(MASK)
     region = None if mask is None else mask_of(mask, neutral, path)
-    return Character(path.stem, mesh.topology, mesh.names, mesh.neutral, mesh.vertices, neutral, stack, region)
+    return Character(
+        printable(path.stem), mesh.topology, mesh.names, mesh.neutral, mesh.vertices, neutral, stack, region
+    )
 
 
 def _check_extensions(glb: Glb) -> None:

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from facezip.glb import Glb, GlbFault
 from facezip.meshes import MAX_COORDINATE, Topology
+from facezip.ranges import MAX_EXPRESSIONS
+from facezip.reading import MOST_EXPANSION, SPARE
 
 TRIANGLES = 4
 
@@ -33,9 +35,12 @@ class ScannedMesh:
 
 
 def read_mesh(glb: Glb) -> ScannedMesh:
-    """Read the mesh with morph targets; ``GlbFault`` where there is none, or more than one."""
+    """Read the mesh with morph targets; ``GlbFault`` where there is none, more than one, or one out of proportion."""
     index, names, primitive = _morphing(glb)
     neutral = _positions(glb, primitive["attributes"].get("POSITION"), None)
+    # A target without bytes is a legitimate one, which moves nothing, but so many of them are not.
+    if neutral.nbytes * (len(names) + 1) > max(SPARE, MOST_EXPANSION * len(glb.binary)):
+        raise GlbFault(f"{len(names)} targets of {len(neutral)} vertices in {len(glb.binary)} bytes; export it again")
     deltas = [_positions(glb, target.get("POSITION"), len(neutral)) for target in primitive["targets"]]
     turn = _transform(glb, index)
     neutral, shapes = neutral @ turn.T, [(neutral + delta) @ turn.T for delta in deltas]
@@ -68,8 +73,8 @@ def _morphing(glb: Glb) -> tuple[int, tuple[str, ...], dict[str, Any]]:
     count = len(primitive["targets"])
     if len(names) != count or len({*map(str, names)}) != count or not all(isinstance(name, str) for name in names):
         raise GlbFault("its morph targets have no names of their own (extras.targetNames); name them and export again")
-    if count < 2:
-        raise GlbFault(f"{count} morph target(s); at least two besides the neutral")
+    if not 2 <= count <= MAX_EXPRESSIONS:
+        raise GlbFault(f"{count} morph target(s); 2 to {MAX_EXPRESSIONS} besides the neutral")
     return found[0], tuple(names), primitive
 
 
@@ -120,15 +125,15 @@ def _transform(glb: Glb, mesh: int) -> NDArray[np.float32]:
     parents = {child: index for index, node in enumerate(nodes) for child in node.get("children", [])}
     at = next((index for index, node in enumerate(nodes) if node.get("mesh") == mesh), None)
     total, seen = np.eye(3), set[int]()
-    while at is not None and at not in seen:
-        seen.add(at)
-        total = _linear(nodes[at]) @ total
-        at = parents.get(at)
     with np.errstate(all="ignore"):
+        while at is not None and at not in seen:
+            seen.add(at)
+            total = _linear(nodes[at]) @ total
+            at = parents.get(at)
         size = np.cbrt(abs(np.linalg.det(total)))
-    if not np.isfinite(total).all() or not 1e-12 < size < 1e12:
+        unit = total / size
+    if not 1e-12 < size < 1e12 or not np.abs(unit).max() < 1e6:
         raise GlbFault("its node has a transform that flattens it or is no number; export it again")
-    unit = total / size
     exact = np.eye(3) if np.allclose(unit, np.eye(3), atol=1e-6) else unit
     return exact.astype(np.float32)
 

@@ -4,22 +4,22 @@ import hashlib
 import json
 import math
 import re
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.footprint import Footprint
-from facezip.textures import MAX_SIDE
+from facezip.ranges import first_out_of_range
+from facezip.reading import reading
 
 FORMAT = "facezip-pack/1"
 FILE_NAME = "manifest.json"
-MAX_BYTES = 16 * 2**20
-MAX_EXPRESSIONS = 4096
-MAX_DIFFERENCES = 8
+# A parsed list takes up to 30 times its text.
+MAX_BYTES = 2 * 2**20
 
-_CHECKSUM = re.compile(rb'^\{\n "sha256": "([0-9a-f]{64})"')
-_NAME = re.compile(r"[^/\\:\x00-\x1f\x7f]{1,128}")
+_START = re.compile(rb'\{\n "sha256": "([0-9a-f]{64})",\n "format": "facezip-pack/')
+_SURROGATE = re.compile(rb"\\u[dD][89a-fA-F]")
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,8 @@ class Manifest:
 
     Attributes
     ----------
-    name : what the character is called.
-    method : what fitted the textures.
+    name : what the character is called; where the file says nothing, the stem of the folder's name.
+    method : what fitted the textures; for people.
     size : rows and columns of neutral and differences.
     channels, neutral_bits : channels of every texture; bits of a neutral channel (8 or 16).
     encoding : always ``srgb``: maps blend in encoded values and become linear last.
@@ -90,94 +90,101 @@ def read_manifest(folder: Path) -> Manifest:
     Raises
     ------
     FaceZipError
-        ``BAD_PACK``: missing, damaged, of a newer format, or a field outside its range.
+        ``MISSING_FILE`` without such a folder, ``DAMAGED_PACK`` where a byte is not as it was written, ``OTHER_FORMAT``
+        for a version that this program does not read, ``BAD_PACK`` where there is no manifest or a field is outside
+        its range, ``CANNOT_READ``.
     """
     path = folder / FILE_NAME
-    if path.is_symlink() or not path.is_file():
-        raise _bad(folder, f"no {FILE_NAME} in it; give the folder that 'facezip compress' wrote")
-    if path.stat().st_size > MAX_BYTES:
-        raise _bad(folder, f"{FILE_NAME} is larger than {MAX_BYTES} bytes")
-    content = path.read_bytes()
+    with reading(folder):
+        content = _content(folder, path)
     _check_own_checksum(folder, content)
     try:
-        document = json.loads(content)
-        stated = document.pop("format")
-        del document["sha256"]
-        if stated != FORMAT:
-            raise _bad(folder, f"its format is '{stated}', this program reads '{FORMAT}'; update facezip")
-        manifest = _from_document(document)
-        _check_ranges(manifest)
+        manifest = _from_document(folder, _parsed(content))
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise _bad(folder, f"{FILE_NAME} is not valid ({error})") from None
-    return manifest
+        raise bad_pack(folder, f"{FILE_NAME} is not valid ({error})") from None
+    wrong = first_out_of_range(manifest)
+    if wrong:
+        raise bad_pack(folder, f"'{wrong}' in {FILE_NAME} is out of range")
+    return manifest if manifest.name else replace(manifest, name=folder.resolve().stem)
 
 
-def is_safe_name(name: str) -> bool:
-    """Whether an expression's name can serve as a file name on every system."""
-    return bool(_NAME.fullmatch(name)) and not name.startswith(".") and name == name.strip()
+def begins_like_a_manifest(path: Path) -> bool:
+    """Whether a file starts as the manifest of some version of the format does; damage further down is not seen."""
+    if path.is_symlink() or not path.is_file():
+        return False
+    with open(path, "rb") as file:
+        return _START.match(file.read(256)) is not None
+
+
+def bad_pack(folder: Path, reason: str) -> FaceZipError:
+    """The error for what the format does not allow."""
+    return FaceZipError(ErrorCode.BAD_PACK, f"{folder}: not a usable pack: {reason}")
+
+
+def damaged_pack(folder: Path, reason: str) -> FaceZipError:
+    """The error for bytes that are not as they were written."""
+    return FaceZipError(ErrorCode.DAMAGED_PACK, f"{folder}: not a usable pack: {reason}; restore it or compress again")
+
+
+def _content(folder: Path, path: Path) -> bytes:
+    if not folder.is_dir():
+        raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no such pack; give a folder NAME.facezip")
+    if path.is_symlink() or not path.is_file():
+        raise bad_pack(folder, f"no {FILE_NAME} in it; give the folder that 'facezip compress' wrote")
+    with open(path, "rb") as file:
+        content = file.read(MAX_BYTES + 1)
+    if len(content) > MAX_BYTES:
+        raise bad_pack(folder, f"{FILE_NAME} is larger than {MAX_BYTES} bytes")
+    return content
 
 
 def _check_own_checksum(folder: Path, content: bytes) -> None:
-    match = _CHECKSUM.match(content)
+    match = _START.match(content)
     if match is None:
-        raise _bad(folder, f"{FILE_NAME} does not begin with its checksum; write the pack again")
+        raise damaged_pack(folder, f"{FILE_NAME} does not begin with its checksum and format")
     blank = content[: match.start(1)] + b"0" * 64 + content[match.end(1) :]
     if hashlib.sha256(blank).hexdigest().encode() != match.group(1):
-        raise _bad(folder, f"{FILE_NAME} was changed or damaged after it was written; restore it or write it again")
+        raise damaged_pack(folder, f"{FILE_NAME} was changed or damaged after it was written")
 
 
-def _from_document(document: dict[str, Any]) -> Manifest:
+def _parsed(content: bytes) -> dict[str, Any]:
+    """The JSON, in UTF-8 and nothing but: no key twice, no number that is none, no half of a surrogate pair."""
+    document: dict[str, Any] = json.loads(
+        content.decode(), object_pairs_hook=_object, parse_float=_number, parse_constant=_number
+    )
+    if _SURROGATE.search(content):
+        json.dumps(document, ensure_ascii=False).encode()
+    return document
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    document = dict(pairs)
+    if len(document) < len(pairs):
+        raise ValueError("a key stands there twice")
+    return document
+
+
+def _number(text: str) -> float:
+    number = float(text)
+    if not math.isfinite(number):
+        raise ValueError(f"{text} is not a finite number")
+    return number
+
+
+def _from_document(folder: Path, document: dict[str, Any]) -> Manifest:
+    stated = document.pop("format")
+    if stated != FORMAT:
+        raise FaceZipError(
+            ErrorCode.OTHER_FORMAT,
+            f"{folder}: its format is '{stated}', this program reads '{FORMAT}'; update facezip",
+        )
+    del document["sha256"]
+    odd = {*document} ^ {each.name for each in fields(Manifest)}
+    if odd:
+        raise ValueError(f"field '{min(odd)}' is {'unknown' if min(odd) in document else 'missing'}")
     files = {name: StoredFile(**entry) for name, entry in document.pop("files").items()}
-    frozen = {key: _frozen(value) for key, value in document.items()}
-    return Manifest(files=files, **frozen)
+    return Manifest(files=files, **{key: _frozen(value) for key, value in document.items()})
 
 
 def _frozen(value: Any) -> Any:
     return tuple(_frozen(item) for item in value) if isinstance(value, list) else value
-
-
-def _check_ranges(manifest: Manifest) -> None:
-    slots, count = len(manifest.difference_scale), len(manifest.expressions)
-    uniform = manifest.weight_size == (1, 1)
-    numbers = (*manifest.weight_scale, *manifest.weight_offset, *_flat(manifest.difference_scale))
-    checks = {
-        "size": _is_size(manifest.size) and _is_size(manifest.weight_size),
-        "channels": manifest.channels in (1, 2, 3, 4) and manifest.neutral_bits in (8, 16),
-        "encoding": manifest.encoding == "srgb",
-        "expressions": 1 <= count <= MAX_EXPRESSIONS and len({*manifest.expressions}) == count,
-        "names": all(isinstance(name, str) and is_safe_name(name) for name in (*manifest.expressions, *manifest.files)),
-        "difference_scale": 1 <= slots <= MAX_DIFFERENCES
-        and all(len(row) == manifest.channels for row in manifest.difference_scale),
-        "weight ranges": len(manifest.weight_scale) == len(manifest.weight_offset) == slots,
-        "weight_columns": _is_count(manifest.weight_columns, 1, count),
-        "uniform_weights": [len(row) for row in manifest.uniform_weights] == ([slots] * count if uniform else []),
-        "numbers": all(_is_number(value) for value in (*numbers, *_flat(manifest.uniform_weights))),
-        "mesh": all(
-            _is_count(value, 0, 2**31 - 1)
-            for value in (manifest.vertices, manifest.triangles, manifest.texture_coordinates)
-        ),
-        "files": all(_is_count(file.bytes, 0, 2**40) for file in manifest.files.values()),
-    }
-    failed = [name for name, passed in checks.items() if not passed]
-    if failed:
-        raise ValueError(f"'{failed[0]}' is out of range")
-
-
-def _flat(rows: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:
-    return tuple(value for row in rows for value in row)
-
-
-def _is_size(size: Any) -> bool:
-    return isinstance(size, tuple) and len(size) == 2 and all(_is_count(side, 1, MAX_SIDE) for side in size)
-
-
-def _is_count(value: Any, low: int, high: int) -> bool:
-    return type(value) is int and low <= value <= high
-
-
-def _is_number(value: Any) -> bool:
-    return type(value) in (int, float) and math.isfinite(value)
-
-
-def _bad(folder: Path, reason: str) -> FaceZipError:
-    return FaceZipError(ErrorCode.BAD_PACK, f"{folder}: not a usable pack: {reason}")

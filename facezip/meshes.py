@@ -4,6 +4,7 @@ Mesh libraries split vertices at UV seams or merge them; expressions must keep t
 few lines of OBJ that a blendshape needs are read here.
 """
 
+import os
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -12,8 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.reading import reading
 
 MAX_COORDINATE = 1e30
+# Ten times a film's face. A line takes about a hundred bytes of memory while it is read.
+MAX_BYTES = 2**28
+MAX_LINES = 4_000_000
+# Bytes of a line that the writer below makes, at most: three numbers such as -1.23456789e-10, or six large indices.
+LONGEST_LINE = 80
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,11 +50,17 @@ def read_obj(path: Path) -> tuple[NDArray[np.float32], Topology]:
     Raises
     ------
     FaceZipError
-        ``MISSING_FILE``, or ``UNREADABLE_MESH``: not an OBJ, no vertices, faces or UVs, an index out of range, a
-        coordinate that is not a finite number.
+        ``MISSING_FILE``, ``CANNOT_READ``, ``TOO_LARGE``, or ``UNREADABLE_MESH``: not an OBJ, no vertices, faces or UVs,
+        an index out of range, a coordinate that is not a finite number.
     """
+    with reading(path):
+        return _read_obj(path)
+
+
+def _read_obj(path: Path) -> tuple[NDArray[np.float32], Topology]:
     if not path.is_file():
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such mesh; add the file or remove its texture")
+    _check_length(path)
     lines = path.read_bytes().splitlines()
     try:
         vertices = _numbers(lines, b"v", 3)
@@ -55,6 +68,21 @@ def read_obj(path: Path) -> tuple[NDArray[np.float32], Topology]:
         return vertices, _topology(layout, len(vertices))
     except _MeshFault as fault:
         raise FaceZipError(ErrorCode.UNREADABLE_MESH, f"{path}: {fault}") from None
+
+
+def _check_length(path: Path) -> None:
+    """Refuse a file that would not stay small in memory, by what can be known without holding it."""
+    lines = 0
+    with open(path, "rb") as file:
+        fits = os.fstat(file.fileno()).st_size <= MAX_BYTES
+        while fits and (part := file.read(2**20)):
+            lines += part.count(b"\n") + part.count(b"\r")
+            fits = lines <= MAX_LINES
+    if not fits:
+        raise FaceZipError(
+            ErrorCode.TOO_LARGE,
+            f"{path}: more than {MAX_LINES} lines or {MAX_BYTES >> 20} MB; a face has fewer, decimate it",
+        )
 
 
 def write_obj(path: Path, vertices: NDArray[np.float32], topology: Topology) -> None:

@@ -12,10 +12,10 @@ from facezip.character import Character
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.factorise import cluster_shares, difference_textures, weight_maps
 from facezip.fragments import cluster_fragments, masked_gram
-from facezip.manifest import MAX_DIFFERENCES
 from facezip.masks import compute_masks
 from facezip.model import CompressedTextures, Meshes
 from facezip.paircosts import pair_costs
+from facezip.ranges import MAX_DIFFERENCES
 from facezip.refine import refine
 from facezip.stitching import Stitching, search, unpermuted
 

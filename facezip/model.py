@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import isfinite
 
 import numpy as np
 from numba import njit, prange
@@ -11,6 +10,9 @@ from numpy.typing import NDArray
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.footprint import Footprint
 from facezip.meshes import Topology
+
+# Blendshape weights lie within 0 and 1, and somewhat beyond where an animator exaggerates.
+MAX_BLEND = 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +74,7 @@ class CompressedTextures:
         Raises
         ------
         FaceZipError
-            ``UNKNOWN_NAME`` for a name that is no expression, ``BAD_VALUE`` for a weight that is not a finite number.
+            ``UNKNOWN_NAME`` for a name that is no expression, ``BAD_VALUE`` for a weight outside ±1000.
         """
         combined = np.zeros(self.weights.shape[1:], np.float32)
         for name, weight in weights.items():
@@ -83,8 +85,8 @@ class CompressedTextures:
         if name not in self.expressions:
             known = ", ".join(self.expressions)
             raise FaceZipError(ErrorCode.UNKNOWN_NAME, f"no expression '{name}' in this pack; it has {known}")
-        if not isfinite(weight):
-            raise FaceZipError(ErrorCode.BAD_VALUE, f"weight {weight} of '{name}' is not a finite number")
+        if not abs(weight) <= MAX_BLEND:
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"weight {weight} of '{name}': must lie within ±{MAX_BLEND}")
         return weight
 
 

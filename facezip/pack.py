@@ -1,10 +1,9 @@
 """The pack on disk: written whole or not at all, verified before use, readable by an engine without this code."""
 
-import hashlib
-import json
 import os
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -12,18 +11,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip import manifest as manifests
+from facezip.character import check_names
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.footprint import SLOTS_PER_LAYER
-from facezip.manifest import Manifest, StoredFile, read_manifest
+from facezip.manifest import Manifest, StoredFile, bad_pack
 from facezip.meshes import read_obj, write_obj
 from facezip.model import CompressedTextures, Meshes
 from facezip.quantise import QuantisedMaps, dequantise, quantise
+from facezip.ranges import (
+    DELTAS_FILE,
+    MESH_FILE,
+    NEUTRAL_FILE,
+    atlas_shape,
+    difference_files,
+    first_out_of_range,
+    weight_files,
+)
+from facezip.reading import reading
 from facezip.textures import Texels, read_texture_exactly, write_texture
+from facezip.verification import bytes_on_disk, is_pack, stored, verify_pack
 from facezip.writing import whole_folder
 
-NEUTRAL_FILE = "neutral.png"
-MESH_FILE = "neutral.obj"
-DELTAS_FILE = "deltas.f32"
+__all__ = ["NEUTRAL_FILE", "bytes_on_disk", "is_pack", "read_pack", "verify_pack", "write_pack"]
 
 
 def write_pack(
@@ -37,23 +46,33 @@ def write_pack(
 ) -> None:
     """Quantise a model to 8 bits and write it as the folder ``path``.
 
+    The same model and ``made_with`` give the same bytes, wherever they are written.
+
+    Parameters
+    ----------
+    model : what to write.
+    path : the folder, by custom ``NAME.facezip``.
+    name : what the character is called; where empty, readers take the stem of the folder's name.
+    neutral_bits : bits of a channel of the neutral, 8 or 16.
+    made_with : options and the like, for people; anything that JSON holds.
+    overwrite : whether an existing pack may be replaced.
+
     Raises
     ------
     FaceZipError
         ``CANNOT_WRITE``: the folder exists (without ``overwrite``), is no pack, or the disk refuses. What was there
-        before is then untouched. ``BAD_VALUE``: an expression's name cannot be a file name.
+        before is then untouched. ``UNSAFE_NAME``: an expression's name cannot be a file name. ``BAD_VALUE``: what no
+        reader would accept.
     """
     path = Path(path)
-    unsafe = [expression for expression in model.expressions if not manifests.is_safe_name(expression)]
-    if unsafe:
-        raise FaceZipError(ErrorCode.BAD_VALUE, f"expression name {unsafe[0]!r} cannot be a file name; rename it")
+    check_names(model.expressions, path)
     maps = quantise(model, neutral_bits)
     with whole_folder(path, overwrite, is_pack) as folder:
         columns = _write_maps(maps, folder)
         _write_meshes(model.meshes, folder)
-        files = {file.name: _stored(file) for file in sorted(folder.iterdir())}
-        manifest = _manifest(model, maps, name or path.stem, columns, dict(made_with or {}), files)
-        (folder / manifests.FILE_NAME).write_bytes(manifest.to_bytes())
+        files = {file.name: stored(file) for file in sorted(folder.iterdir())}
+        manifest = _manifest(model, maps, name, columns, dict(made_with or {}), files)
+        (folder / manifests.FILE_NAME).write_bytes(_checked_bytes(path, manifest))
 
 
 def read_pack(path: str | Path) -> CompressedTextures:
@@ -62,13 +81,20 @@ def read_pack(path: str | Path) -> CompressedTextures:
     Raises
     ------
     FaceZipError
-        ``BAD_PACK``: one line with what is wrong; nothing is read from a pack that fails verification.
+        What :func:`verify_pack` raises; ``BAD_PACK`` too for a file whose content is not what the manifest says.
+        Nothing is read from a pack that fails verification.
     """
-    manifest = verify_pack(path)
     folder = Path(path)
+    manifest = verify_pack(folder)
+    with reading(folder), _inside(folder):
+        meshes = _read_meshes(folder, manifest)
+        return dequantise(_read_maps(folder, manifest), manifest.expressions, manifest.method, meshes)
+
+
+def _read_maps(folder: Path, manifest: Manifest) -> QuantisedMaps:
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        differences = list(pool.map(lambda file: _image(folder, file, manifest, "uint8"), _difference_files(manifest)))
-    maps = QuantisedMaps(
+        differences = list(pool.map(lambda file: _image(folder, file, manifest, "uint8"), difference_files(manifest)))
+    return QuantisedMaps(
         neutral=_image(folder, NEUTRAL_FILE, manifest, f"uint{manifest.neutral_bits}"),
         differences=np.stack(differences),
         difference_scale=np.array(manifest.difference_scale, np.float32),
@@ -76,46 +102,27 @@ def read_pack(path: str | Path) -> CompressedTextures:
         weight_scale=np.array(manifest.weight_scale, np.float32),
         weight_offset=np.array(manifest.weight_offset, np.float32),
     )
-    return dequantise(maps, manifest.expressions, manifest.method, _read_meshes(folder, manifest))
 
 
-def verify_pack(path: str | Path) -> Manifest:
-    """Check that every byte of a pack is as it was written and that nothing was added.
-
-    Raises
-    ------
-    FaceZipError
-        ``BAD_PACK``: a file that is missing, added, linked, of another length, or with another checksum; a manifest
-        that does not describe the files.
-    """
-    folder = Path(path)
-    if not folder.is_dir():
-        raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no such pack; give a folder NAME.facezip")
-    manifest = read_manifest(folder)
-    if {*manifest.files} != {*_expected_files(manifest)}:
-        raise _bad(folder, "the manifest lists other files than its fields need")
-    present = {entry.name for entry in folder.iterdir()}
-    for name in sorted(present ^ {*manifest.files, manifests.FILE_NAME}):
-        raise _bad(folder, f"'{name}' is {'not part of the pack' if name in present else 'missing'}")
-    for name, stated in manifest.files.items():
-        if (folder / name).is_symlink() or not (folder / name).is_file():
-            raise _bad(folder, f"'{name}' is a link or folder, not a file")
-        if (folder / name).stat().st_size != stated.bytes or _stored(folder / name) != stated:
-            raise _bad(folder, f"'{name}' was changed or damaged after it was written; restore it or compress again")
-    return manifest
-
-
-def is_pack(folder: Path) -> bool:
-    """Whether a folder looks like a pack, intact or not: only such a folder may be overwritten by one."""
+@contextmanager
+def _inside(folder: Path) -> Iterator[None]:
+    """What is wrong with an image or mesh of a pack is wrong with the pack."""
     try:
-        return bool(json.loads((folder / manifests.FILE_NAME).read_bytes())["format"].startswith("facezip-pack/"))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return False
+        yield
+    except FaceZipError as error:
+        raise error if error.code is ErrorCode.BAD_PACK else bad_pack(folder, str(error)) from None
 
 
-def bytes_on_disk(folder: str | Path) -> int:
-    """Bytes of all files of a pack."""
-    return sum(file.stat().st_size for file in Path(folder).iterdir())
+def _checked_bytes(path: Path, manifest: Manifest) -> bytes:
+    """The manifest's bytes, if a reader will take them."""
+    wrong = first_out_of_range(manifest)
+    content = b"" if wrong else manifest.to_bytes()
+    if wrong or len(content) > manifests.MAX_BYTES:
+        raise FaceZipError(
+            ErrorCode.BAD_VALUE,
+            f"{path}: no reader would take this pack: '{wrong or 'made_with'}' is out of range (docs/pack-format.md)",
+        )
+    return content
 
 
 def _manifest(
@@ -155,9 +162,9 @@ def _write_maps(maps: QuantisedMaps, folder: Path) -> int:
     images |= {f"difference_{i}.png": difference for i, difference in enumerate(maps.differences)}
     columns = 1 if maps.uniform else int(np.ceil(np.sqrt(len(maps.weights))))
     if not maps.uniform:
-        for layer, file in enumerate(_weight_files(maps.weights.shape[3])):
-            slots = maps.weights[..., layer * SLOTS_PER_LAYER : (layer + 1) * SLOTS_PER_LAYER].astype(np.uint8)
-            images[file] = _atlas(slots, columns)
+        for first in range(0, maps.weights.shape[3], SLOTS_PER_LAYER):
+            slots = maps.weights[..., first : first + SLOTS_PER_LAYER].astype(np.uint8)
+            images[f"weights_{first // SLOTS_PER_LAYER}.png" if first else "weights.png"] = _atlas(slots, columns)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         list(pool.map(lambda file: write_texture(folder / file, images[file]), images))
     return columns
@@ -173,12 +180,11 @@ def _atlas(slots: NDArray[np.uint8], columns: int) -> NDArray[np.uint8]:
 
 
 def _read_weights(folder: Path, manifest: Manifest) -> NDArray[np.uint8] | NDArray[np.float32]:
-    slots, n, (h, w) = len(manifest.weight_scale), len(manifest.expressions), manifest.weight_size
     if manifest.uniform_weights:
         return np.array(manifest.uniform_weights, np.float32)[:, None, None, :]
-    columns = manifest.weight_columns
-    shape = (-(-n // columns) * h, columns * w, SLOTS_PER_LAYER)
-    layers = [_checked_image(folder, file, shape, "uint8") for file in _weight_files(slots)]
+    slots, n, columns = len(manifest.weight_scale), len(manifest.expressions), manifest.weight_columns
+    h, w = manifest.weight_size
+    layers = [_checked_image(folder, file, atlas_shape(manifest), "uint8") for file in weight_files(manifest)]
     stacked = [layer.reshape(-1, h, columns, w, 4).swapaxes(1, 2).reshape(-1, h, w, 4)[:n] for layer in layers]
     return np.concatenate(stacked, axis=3)[..., :slots].astype(np.uint8)
 
@@ -193,12 +199,11 @@ def _read_meshes(folder: Path, manifest: Manifest) -> Meshes | None:
     if manifest.vertices == 0:
         return None
     neutral, topology = read_obj(folder / MESH_FILE)
-    shape = (len(manifest.expressions), len(neutral), 3)
-    deltas = np.fromfile(folder / DELTAS_FILE, "<f4")
     sizes = (len(neutral), len(topology.faces), len(topology.uv))
-    if sizes != (manifest.vertices, manifest.triangles, manifest.texture_coordinates) or deltas.size != np.prod(shape):
-        raise _bad(folder, "its meshes are not of the stated size")
-    return Meshes(topology, neutral, deltas.astype(np.float32).reshape(shape))
+    deltas = np.fromfile(folder / DELTAS_FILE, "<f4")
+    if sizes != (manifest.vertices, manifest.triangles, manifest.texture_coordinates) or not np.isfinite(deltas).all():
+        raise bad_pack(folder, "its meshes are not as stated, or not of finite numbers")
+    return Meshes(topology, neutral, deltas.astype(np.float32).reshape(-1, len(neutral), 3))
 
 
 def _image(folder: Path, file: str, manifest: Manifest, dtype: str) -> Texels:
@@ -208,32 +213,5 @@ def _image(folder: Path, file: str, manifest: Manifest, dtype: str) -> Texels:
 def _checked_image(folder: Path, file: str, shape: tuple[int, ...], dtype: str) -> Texels:
     texels = read_texture_exactly(folder / file, shape)
     if texels.dtype != dtype:
-        raise _bad(folder, f"'{file}' holds {texels.dtype}, not {dtype}")
+        raise bad_pack(folder, f"'{file}' holds {texels.dtype}, not {dtype}")
     return texels
-
-
-def _expected_files(manifest: Manifest) -> Iterator[str]:
-    yield NEUTRAL_FILE
-    yield from _difference_files(manifest)
-    if not manifest.uniform_weights:
-        yield from _weight_files(len(manifest.weight_scale))
-    if manifest.vertices:
-        yield from (MESH_FILE, DELTAS_FILE)
-
-
-def _difference_files(manifest: Manifest) -> list[str]:
-    return [f"difference_{i}.png" for i in range(len(manifest.difference_scale))]
-
-
-def _weight_files(slots: int) -> list[str]:
-    layers = -(-slots // SLOTS_PER_LAYER)
-    return ["weights.png", *(f"weights_{layer}.png" for layer in range(1, layers))]
-
-
-def _stored(file: Path) -> StoredFile:
-    with open(file, "rb") as content:
-        return StoredFile(file.stat().st_size, hashlib.file_digest(content, "sha256").hexdigest())
-
-
-def _bad(folder: Path, reason: str) -> FaceZipError:
-    return FaceZipError(ErrorCode.BAD_PACK, f"{folder}: not a usable pack: {reason}")

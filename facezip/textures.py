@@ -4,19 +4,16 @@ Integer files hold encoded (sRGB) values and come through unchanged. Float files
 encoded here, so that everything downstream sees one kind of number.
 """
 
-import os
 from pathlib import Path
-from threading import Lock
-from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio
 from numpy.typing import NDArray
 
+from facezip.decoding import decode, muted_stderr, reason, unreadable
 from facezip.errors import ErrorCode, FaceZipError
 
 TEXTURE_SUFFIXES = (".png", ".exr", ".tif", ".tiff", ".jpg", ".jpeg")
-MAX_SIDE = 16384
 
 Texels = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
 
@@ -48,17 +45,16 @@ def read_texture(path: Path) -> Texels:
     Raises
     ------
     FaceZipError
-        ``MISSING_FILE``, ``UNREADABLE_IMAGE`` (truncated, damaged, too large), or ``BAD_TEXELS`` (NaN, infinite, or
-        outside [0, 1]).
+        ``MISSING_FILE``, ``CANNOT_READ``, ``UNREADABLE_IMAGE`` (truncated, damaged, another format), ``TOO_LARGE``, or
+        ``BAD_TEXELS`` (NaN, infinite, or outside [0, 1]).
     """
-    if not path.is_file():
-        raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such texture; add the file or remove its mesh")
-    texels = _decode(path)
+    texels = decode(path)
     if texels.shape[2] in (2, 4):
         texels = texels[:, :, :-1]
     if texels.dtype.kind == "u":
         return np.ascontiguousarray(texels if texels.itemsize <= 2 else (texels >> 16).astype(np.uint16))
-    return _encode_checked(texels.astype(np.float32), path)
+    with np.errstate(over="ignore"):
+        return _encode_checked(texels.astype(np.float32), path)
 
 
 def read_texture_exactly(path: Path, shape: tuple[int, ...] | None = None) -> Texels:
@@ -67,11 +63,12 @@ def read_texture_exactly(path: Path, shape: tuple[int, ...] | None = None) -> Te
     Raises
     ------
     FaceZipError
-        ``UNREADABLE_IMAGE`` where it is damaged, of another size, or not of integers.
+        ``MISSING_FILE``, ``CANNOT_READ``, ``TOO_LARGE``, or ``UNREADABLE_IMAGE`` where it is damaged, of another size,
+        or not of integers.
     """
-    texels = _decode(path, shape)
+    texels = decode(path, shape)
     if texels.dtype.kind != "u":
-        raise _unreadable(path, f"holds {texels.dtype}, not integers")
+        raise unreadable(path, f"holds {texels.dtype}, not integers")
     return texels
 
 
@@ -128,36 +125,13 @@ def _encode_file(path: Path, texels: Texels, compression: int) -> None:
     spec.attribute("png:compressionLevel", compression)
     output = oiio.ImageOutput.create(str(path))
     if output is None:
-        raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{path}: {_one_line(oiio.geterror())}; use .png, .tif or .exr")
-    with _muted_stderr:
+        raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{path}: {reason(oiio)}; use .png, .tif or .exr")
+    with muted_stderr:
         written = output.open(str(path), spec) and output.write_image(np.ascontiguousarray(texels))
-        reason = output.geterror()
+        why = reason(output)
         written = output.close() and written
     if not written:
-        raise FaceZipError(
-            ErrorCode.CANNOT_WRITE, f"{path}: cannot write the image ({_one_line(reason)}); check space and rights"
-        )
-
-
-def _decode(path: Path, expected: tuple[int, ...] | None = None) -> NDArray[Any]:
-    config = oiio.ImageSpec()
-    config.attribute("oiio:UnassociatedAlpha", 1)
-    with _muted_stderr:
-        image = oiio.ImageInput.open(str(path), config)
-        if image is None:
-            raise _unreadable(path, oiio.geterror())
-        spec = image.spec()
-        if max(spec.width, spec.height) > MAX_SIDE or spec.nchannels > 4 or spec.depth > 1:
-            size = f"{spec.width}x{spec.height}, {spec.nchannels} channels"
-            raise _unreadable(path, f"{size}; at most {MAX_SIDE} a side and 4 channels are read")
-        if expected is not None and (spec.height, spec.width, spec.nchannels) != expected:
-            raise _unreadable(path, f"{spec.width}x{spec.height}, {spec.nchannels} channels; expected {expected}")
-        texels = image.read_image(oiio.UNKNOWN)
-        reason = image.geterror()
-        image.close()
-    if texels is None:
-        raise _unreadable(path, reason)
-    return np.asarray(texels).reshape(spec.height, spec.width, -1)
+        raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{path}: cannot write the image ({why}); check space and rights")
 
 
 def _encode_checked(linear: NDArray[np.float32], path: Path) -> NDArray[np.float32]:
@@ -174,41 +148,3 @@ def _encode_checked(linear: NDArray[np.float32], path: Path) -> NDArray[np.float
             f"{path}: values from {linear.min():.3g} to {linear.max():.3g}; an albedo lies within 0 and 1, rescale it",
         )
     return encode_srgb(linear)
-
-
-def _unreadable(path: Path, reason: str) -> FaceZipError:
-    return FaceZipError(
-        ErrorCode.UNREADABLE_IMAGE, f"{path}: not a readable image ({_one_line(reason)}); export it again"
-    )
-
-
-def _one_line(text: str) -> str:
-    return (text.splitlines() or ["no reason given"])[0].strip()
-
-
-class _MutedStderr:
-    """Keeps libpng and libtiff from writing to the terminal themselves: the error says it, once.
-
-    The descriptor belongs to the whole process: the first of several threads redirects it, the last one restores it.
-    """
-
-    def __init__(self) -> None:
-        self._lock, self._inside, self._kept = Lock(), 0, -1
-
-    def __enter__(self) -> None:
-        with self._lock:
-            self._inside += 1
-            if self._inside == 1:
-                self._kept = os.dup(2)
-                with open(os.devnull, "wb") as nowhere:
-                    os.dup2(nowhere.fileno(), 2)
-
-    def __exit__(self, *_: object) -> None:
-        with self._lock:
-            self._inside -= 1
-            if self._inside == 0:
-                os.dup2(self._kept, 2)
-                os.close(self._kept)
-
-
-_muted_stderr = _MutedStderr()

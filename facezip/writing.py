@@ -1,6 +1,10 @@
-"""Files and folders that appear whole or not at all."""
+"""Files and folders that appear whole or not at all.
 
-import fcntl
+What is made lies in a sibling with a name of its own until it is complete and synced; one rename puts it in place. The
+sibling is locked as long as its process lives, so that the next run can tell the leftovers of a killed one and remove
+them, however many runs write at the same time.
+"""
+
 import os
 import shutil
 from collections.abc import Callable, Iterator
@@ -8,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.renaming import Locked, put_in_place, recover, siblings
 
 
 @contextmanager
@@ -23,22 +28,20 @@ def whole_folder(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> I
     Raises
     ------
     FaceZipError
-        ``CANNOT_WRITE``: the folder exists, holds something else, or the disk refuses.
+        ``CANNOT_WRITE``: the folder exists, holds something else, or the disk refuses. What was there is untouched.
     """
-    _check_target(path, overwrite, ours)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.mkdir()
-        yield temporary
-        _sync(temporary)
-        _replace(temporary, path)
-    except OSError as error:
-        raise FaceZipError(
-            ErrorCode.CANNOT_WRITE, f"{path}: cannot write ({error.strerror}); check space and rights"
-        ) from None
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
+    with _writing(path):
+        target = Path(os.path.realpath(path))
+        recover(target)
+        _check_target(path, overwrite, ours)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with _sibling(target, Path.mkdir) as temporary, _named(temporary, path):
+            yield temporary
+            _sync(*temporary.rglob("*"), temporary)
+            # Hours may have passed.
+            _check_target(path, overwrite, ours)
+            put_in_place(temporary, target)
+            _sync(target.parent)
 
 
 @contextmanager
@@ -50,36 +53,36 @@ def resumable_folder(path: Path, overwrite: bool, ours: Callable[[Path], bool]) 
     FaceZipError
         ``CANNOT_WRITE``: as there, or another process is at work on the same folder.
     """
-    _check_target(path, overwrite, ours)
-    partial = path.with_name(f".{path.name}.partial")
-    try:
+    with _writing(path):
+        target = Path(os.path.realpath(path))
+        recover(target)
+        _check_target(path, overwrite, ours)
+        _clear_leftovers(target)
+        partial = target.with_name(f".{target.name}.partial")
         partial.mkdir(parents=True, exist_ok=True)
-        with _alone(partial):
+        with _alone(partial, path), _named(partial, path):
             try:
                 yield partial
-                _sync(partial)
-                _replace(partial, path)
+                _sync(*partial.rglob("*"), partial)
+                _check_target(path, overwrite, ours)
+                put_in_place(partial, target)
+                _sync(target.parent)
+                _remove_unheld(partial)
             finally:
                 if partial.is_dir() and not any(partial.iterdir()):
                     partial.rmdir()
-    except OSError as error:
-        raise FaceZipError(
-            ErrorCode.CANNOT_WRITE, f"{path}: cannot write ({error.strerror}); check space and rights"
-        ) from None
 
 
 @contextmanager
-def _alone(folder: Path) -> Iterator[None]:
+def _alone(folder: Path, path: Path) -> Iterator[None]:
     """Hold a folder against other processes; the system lets go of it when this one ends, however it ends."""
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    with Locked(folder) as lock:
+        if lock.gone or not lock.held:
+            raise FaceZipError(
+                ErrorCode.CANNOT_WRITE,
+                f"{path}: another facezip is writing there; wait for it or choose another name",
+            )
         yield
-    except BlockingIOError:
-        reason = "another facezip is writing there; wait for it or choose another name"
-        raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{folder}: {reason}") from None
-    finally:
-        os.close(descriptor)
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -90,18 +93,75 @@ def write_whole(path: Path, content: bytes) -> None:
     FaceZipError
         ``CANNOT_WRITE``, naming the file and the reason.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    with _writing(path), _sibling(Path(os.path.realpath(path)), lambda new: new.touch(exist_ok=False)) as temporary:
+        temporary.write_bytes(content)
+        _sync(temporary)
+        os.replace(temporary, Path(os.path.realpath(path)))
+        _sync(path.parent)
+
+
+@contextmanager
+def _writing(path: Path) -> Iterator[None]:
     try:
-        with open(temporary, "wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(temporary, path)
+        yield
     except OSError as error:
-        temporary.unlink(missing_ok=True)
         raise FaceZipError(
-            ErrorCode.CANNOT_WRITE, f"{path}: cannot write ({error.strerror}); check space and rights"
+            ErrorCode.CANNOT_WRITE, f"{path}: cannot write ({error.strerror or error}); check space and rights"
         ) from None
+
+
+@contextmanager
+def _named(temporary: Path, path: Path) -> Iterator[None]:
+    """Errors name the place that was asked for, not the one that is about to vanish."""
+    try:
+        yield
+    except FaceZipError as error:
+        raise FaceZipError(error.code, str(error).replace(str(temporary), str(path))) from None
+
+
+@contextmanager
+def _sibling(target: Path, create: Callable[[Path], None]) -> Iterator[Path]:
+    """A new, locked name beside ``target``, gone at the end; leftovers of killed runs go first."""
+    _clear_leftovers(target)
+    while True:
+        temporary = target.with_name(f".{target.name}.{os.urandom(8).hex()}.tmp")
+        create(temporary)
+        with Locked(temporary, wait=True) as lock:
+            # Another run may have taken it for a leftover before it was locked.
+            if not lock.gone:
+                try:
+                    yield temporary
+                finally:
+                    _remove(temporary)
+                return
+
+
+def _clear_leftovers(target: Path) -> None:
+    for leftover in siblings(target):
+        _remove_unheld(leftover)
+
+
+def _remove_unheld(path: Path) -> None:
+    """Remove what no living process is at work on."""
+    with Locked(path) as lock:
+        if lock.held:
+            _remove(path)
+
+
+def _remove(path: Path) -> None:
+    """Ctrl-C waits for it."""
+    try:
+        _remove_at_once(path)
+    except KeyboardInterrupt:
+        _remove_at_once(path)
+        raise
+
+
+def _remove_at_once(path: Path) -> None:
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)
 
 
 def _check_target(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> None:
@@ -115,24 +175,10 @@ def _check_target(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> 
         )
 
 
-def _sync(folder: Path) -> None:
-    for path in (*folder.rglob("*"), folder):
+def _sync(*paths: Path) -> None:
+    for path in paths:
         descriptor = os.open(path, os.O_RDONLY)
         try:
             os.fsync(descriptor)
         finally:
             os.close(descriptor)
-
-
-def _replace(temporary: Path, path: Path) -> None:
-    """Move the old folder aside before the new one takes its name: a folder cannot be renamed over a full one."""
-    aside = path.with_name(f".{path.name}.{os.getpid()}.old")
-    if path.exists():
-        os.rename(path, aside)
-    try:
-        os.rename(temporary, path)
-    except OSError:
-        if aside.exists():
-            os.rename(aside, path)
-        raise
-    shutil.rmtree(aside, ignore_errors=True)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character import NEUTRAL, Character
+from facezip.character import NEUTRAL, Character, check_names
 from facezip.progress import task
 from render.flip import PIXELS_PER_DEGREE
 from render.llvm import start
@@ -62,10 +62,11 @@ def validate(
     Raises
     ------
     FaceZipError
-        ``BAD_VALUE`` for settings outside their range, ``NO_LLVM``, ``CANNOT_WRITE``.
+        ``BAD_VALUE`` for settings outside their range, ``UNSAFE_NAME``, ``NO_LLVM``, ``CANNOT_WRITE``.
     """
     settings = settings or Settings()
     settings.check()
+    check_names(character.expressions, character.name)
     begin = perf_counter()
     conditions = _conditions(character, settings, start())
     with ThreadPoolExecutor(os.cpu_count()) as pool:

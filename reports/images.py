@@ -13,6 +13,7 @@ import OpenImageIO as oiio
 from numpy.typing import NDArray
 from PIL import Image
 
+from facezip.decoding import opened, reason
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.textures import decode_srgb, encode_srgb
 
@@ -29,22 +30,12 @@ def read_coverage(path: Path) -> NDArray[np.float32]:
     FaceZipError
         ``MISSING_FILE`` or ``UNREADABLE_IMAGE``, naming the file.
     """
-    if not path.is_file():
-        raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such render; validate again")
-    image = oiio.ImageInput.open(str(path))
-    if image is None:
-        raise FaceZipError(ErrorCode.UNREADABLE_IMAGE, f"{path}: {_line(oiio.geterror())}; validate again")
-    try:
-        pixels = image.read_image(0, 0, 3, 4, oiio.FLOAT)
+    with opened(path) as image:
+        spec = image.spec()
+        pixels = image.read_image(0, 0, 3, 4, oiio.FLOAT) if spec.nchannels == 4 else None
         if pixels is None:
-            raise FaceZipError(ErrorCode.UNREADABLE_IMAGE, f"{path}: {_line(image.geterror())}; validate again")
-        return np.asarray(pixels, np.float32).reshape(image.spec().height, image.spec().width)
-    finally:
-        image.close()
-
-
-def _line(text: str) -> str:
-    return (text.splitlines() or ["not a readable image"])[0].strip()
+            raise FaceZipError(ErrorCode.UNREADABLE_IMAGE, f"{path}: {reason(image)}; validate again")
+    return np.asarray(pixels, np.float32).reshape(spec.height, spec.width)
 
 
 def display(render: NDArray[np.float32]) -> NDArray[np.float32]:

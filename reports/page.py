@@ -40,7 +40,7 @@ def render_page(template: str, **context: Any) -> str:
 
 def write_page(path: Path, template: str, **context: Any) -> Path:
     """Render into ``path``, whole or not at all; raises ``FaceZipError`` (``CANNOT_WRITE``)."""
-    write_whole(path, render_page(template, **context).encode())
+    write_whole(path, render_page(template, **context).encode(errors="backslashreplace"))
     return path
 
 

@@ -35,7 +35,8 @@ class Axis:
 
 def round_ticks(low: float, high: float, count: int = 5) -> list[float]:
     """About ``count`` steps of 1, 2, 2.5 or 5 times a power of ten, from ``low`` or below to ``high`` or above."""
-    if not high > low:
+    # Values that differ by rounding alone are one value.
+    if not high - low > 1e-9 * max(abs(low), abs(high)):
         low, high = low - 0.5 * (abs(low) or 1), high + 0.5 * (abs(high) or 1)
     rough = (high - low) / count
     power = 10.0 ** math.floor(math.log10(rough))

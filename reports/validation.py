@@ -40,7 +40,7 @@ def write_validation_report(document: Mapping[str, Any], folder: Path) -> Path:
         ``MISSING_FILE`` or ``UNREADABLE_IMAGE`` for a render, ``CANNOT_WRITE`` for the output.
     """
     data = strict(document)
-    text = json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False)
+    text = json.dumps(data, indent=1, allow_nan=False)
     data["packs"] = distinctly_named(data["packs"])
     scale = ColourScale.for_error(_largest_error(data))
     pack = headline(data["packs"])

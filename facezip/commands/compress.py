@@ -92,7 +92,7 @@ def write_measured(
 ) -> dict[str, Any]:
     """Write the pack, read it back, and describe it: facts, ``rmse`` and ``rmse_per_expression`` (0..255)."""
     bits = 8 if scans.neutral.itemsize == 1 else 16
-    write_pack(model, output, name=scans.name, neutral_bits=bits, made_with=settings, overwrite=overwrite)
+    write_pack(model, output, neutral_bits=bits, made_with=settings, overwrite=overwrite)
     errors = model_errors(scans, read_pack(output))
     return {
         **pack_facts(output, read_manifest(output)),

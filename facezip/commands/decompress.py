@@ -28,7 +28,8 @@ def command(
     """Write the textures of PACK as PNG at full size: every expression, those named, or one blend (equation 8)."""
     model = read_pack(pack)
     blends = _blends(model, names, blend)
-    with whole_folder(output, overwrite, _holds_only_textures) as folder:
+    known = {f"{name}.png" for name in (*model.expressions, BLEND_FILE)}
+    with whole_folder(output, overwrite, lambda folder: {file.name for file in folder.iterdir()} <= known) as folder:
         for name in track(blends, "Decompressing", len(blends)):
             write_texture(folder / f"{name}.png", model.blend(blends[name]))
     document = {"output": str(output), "textures": [f"{name}.png" for name in blends]}
@@ -48,7 +49,3 @@ def parse_blend(text: str) -> dict[str, float]:
         return {name.strip(): float(weight) for name, weight in pairs}
     except ValueError:
         raise FaceZipError(ErrorCode.BAD_VALUE, f"--blend '{text}': write it as NAME=0.5,NAME=1") from None
-
-
-def _holds_only_textures(folder: Path) -> bool:
-    return all(path.suffix == ".png" for path in folder.iterdir())

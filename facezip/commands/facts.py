@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from facezip.manifest import Manifest
-from facezip.pack import bytes_on_disk
+from facezip.verification import bytes_on_disk
 
 
 def pack_facts(path: Path, manifest: Manifest) -> dict[str, Any]:

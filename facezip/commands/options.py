@@ -7,6 +7,8 @@ from typing import Any
 
 import click
 
+from facezip.names import printable
+
 FOLDER = click.Path(path_type=Path)
 
 as_json = click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout, nothing else there.")
@@ -15,7 +17,7 @@ overwrite = click.option("--overwrite", is_flag=True, help="Replace an output th
 
 def answer(document: Mapping[str, Any], as_json: bool, lines: Callable[[], Sequence[str]]) -> None:
     """Print the document as JSON, or the lines that say the same to a person."""
-    click.echo(json.dumps(document, indent=1, allow_nan=False) if as_json else "\n".join(lines()))
+    click.echo(json.dumps(document, indent=1, allow_nan=False) if as_json else "\n".join(map(printable, lines())))
 
 
 def megabytes(count: float) -> str:

@@ -34,7 +34,7 @@ def write_paper_report(document: Mapping[str, Any], folder: Path) -> Path:
         ``CANNOT_WRITE`` for the output.
     """
     data = strict(document)
-    write_whole(folder / DATA, json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False).encode())
+    write_whole(folder / DATA, json.dumps(data, indent=1, allow_nan=False).encode())
     return write_page(
         folder / PAGE,
         "experiments.html",

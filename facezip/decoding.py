@@ -1,0 +1,138 @@
+"""One image file, decoded only after what it claims about itself has been found possible."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+from numpy.typing import NDArray
+
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.reading import check_expansion, reading
+
+MAX_SIDE = 16384
+# How each kind of file begins. A library that guesses would try its forty other readers on hostile bytes.
+_MAGIC = {
+    ".png": (b"\x89PNG\r\n\x1a\n",),
+    ".exr": (b"v/1\x01",),
+    ".tif": (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"),
+    ".jpg": (b"\xff\xd8\xff",),
+}
+_MAGIC |= {".tiff": _MAGIC[".tif"], ".jpeg": _MAGIC[".jpg"]}
+_TYPES = ("uint8", "uint16", "uint32", "float16", "float32", "float64")
+
+oiio.attribute("try_all_readers", 0)
+
+
+def decode(path: Path, expected: tuple[int, ...] | None = None) -> NDArray[Any]:
+    """Texels ``(H, W, C)`` as they are stored, alpha unassociated; where given, their shape must be ``expected``.
+
+    Raises
+    ------
+    FaceZipError
+        ``MISSING_FILE``, ``CANNOT_READ``, ``UNREADABLE_IMAGE`` or ``TOO_LARGE``.
+    """
+    with opened(path) as image:
+        spec = image.spec()
+        if expected is not None and (spec.height, spec.width, spec.nchannels) != expected:
+            raise unreadable(path, f"{spec.width}x{spec.height}, {spec.nchannels} channels; expected {expected}")
+        texels = image.read_image(oiio.UNKNOWN)
+        if texels is None:
+            raise unreadable(path, reason(image))
+    if texels.dtype.name not in _TYPES:
+        raise unreadable(path, f"holds {texels.dtype}")
+    return np.asarray(texels).reshape(spec.height, spec.width, -1)
+
+
+def stated_size(path: Path) -> tuple[int, int, int]:
+    """Rows, columns, and bytes of all texels, by the header alone; raises as :func:`decode`."""
+    with opened(path) as image:
+        spec = image.spec()
+        return spec.height, spec.width, spec.image_bytes(True)
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Any]:
+    """An ``OpenImageIO.ImageInput`` whose header is read and possible; raises as :func:`decode`."""
+    config = oiio.ImageSpec()
+    config.attribute("oiio:UnassociatedAlpha", 1)
+    with reading(path), muted_stderr:
+        _check_kind(path)
+        image = oiio.ImageInput.open(str(path), config)
+        if image is None:
+            raise unreadable(path, reason(oiio))
+        try:
+            _check_claims(path, image.spec())
+            yield image
+        finally:
+            image.close()
+
+
+def _check_kind(path: Path) -> None:
+    if not path.is_file():
+        raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such texture; add the file or remove its mesh")
+    with open(path, "rb") as file:
+        start = file.read(8)
+    if not start.startswith(_MAGIC.get(path.suffix.lower(), ())):
+        kinds = [suffix[1:] for suffix, magic in _MAGIC.items() if start.startswith(magic)]
+        inside = f"holds {kinds[0]}" if kinds else "holds no PNG, TIFF, JPEG or OpenEXR"
+        raise unreadable(path, f"{inside}; its name says {path.suffix.lower() or 'nothing'}")
+
+
+def _check_claims(path: Path, spec: Any) -> None:
+    sides = spec.width, spec.height, spec.tile_width, spec.tile_height
+    if min(sides[:2]) < 1 or max(sides) > MAX_SIDE or not 1 <= spec.nchannels <= 4 or spec.depth > 1 or spec.deep:
+        raise FaceZipError(
+            ErrorCode.TOO_LARGE,
+            f"{path}: {spec.width}x{spec.height}, {spec.nchannels} channels; 1 to {MAX_SIDE} texels a side and 1 to 4 "
+            "channels are read, export it smaller",
+        )
+    tile = max(1, spec.tile_width) * max(1, spec.tile_height)
+    decoded = max(spec.width * spec.height, tile) * spec.pixel_bytes(True)
+    check_expansion(path, decoded, path.stat().st_size)
+
+
+def unreadable(path: Path, why: str) -> FaceZipError:
+    """The error for a file that is no image of ours."""
+    return FaceZipError(ErrorCode.UNREADABLE_IMAGE, f"{path}: not a readable image ({why}); export it again")
+
+
+def reason(source: Any) -> str:
+    """The first line of what OpenImageIO, or one of its images, says; it may quote bytes of a hostile file."""
+    try:
+        text: str = source.geterror()
+    except UnicodeDecodeError:
+        return "its header is damaged"
+    return (text.splitlines() or ["no reason given"])[0].strip()
+
+
+class _MutedStderr:
+    """Keeps libpng and libtiff from writing to the terminal themselves: the error says it, once.
+
+    The descriptor belongs to the whole process: the first of several threads redirects it, the last one restores it.
+    """
+
+    def __init__(self) -> None:
+        self._lock, self._inside, self._kept = Lock(), 0, -1
+
+    def __enter__(self) -> None:
+        with self._lock:
+            self._inside += 1
+            if self._inside == 1:
+                self._kept = os.dup(2)
+                with open(os.devnull, "wb") as nowhere:
+                    os.dup2(nowhere.fileno(), 2)
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._inside -= 1
+            if self._inside == 0:
+                os.dup2(self._kept, 2)
+                os.close(self._kept)
+
+
+muted_stderr = _MutedStderr()

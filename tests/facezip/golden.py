@@ -1,0 +1,39 @@
+"""A golden pack of the current format version: ``python -m tests.facezip.golden tests/data/pack-N``.
+
+Made once per version and never again: it stands for all packs that people have. Tiny, from the embedded character: its
+textures at 64 x 64 and the triangles around the tip of its nose.
+"""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from facezip import CompressedTextures, Meshes, Topology, compress, read_pack, write_pack
+from facezip.textures import write_texture
+from scenes.character import make_character
+
+
+def golden_model() -> CompressedTextures:
+    model = compress(make_character(64, 5, nuisances=0), weight_scale=8)
+    return replace(model, meshes=_patch(model.meshes, 120))
+
+
+def _patch(meshes: Meshes, triangles: int) -> Meshes:
+    """The triangles whose corners lie farthest to the front."""
+    topology = meshes.topology
+    front = meshes.neutral[topology.faces, 2].mean(axis=1)
+    chosen = np.sort(np.argsort(-front, kind="stable")[:triangles])
+    vertices, faces = np.unique(topology.faces[chosen], return_inverse=True)
+    coordinates, face_uv = np.unique(topology.face_uv[chosen], return_inverse=True)
+    corners, uv_corners = (indices.reshape(-1, 3).astype(np.int32) for indices in (faces, face_uv))
+    patch = Topology(corners, topology.uv[coordinates], uv_corners)
+    return Meshes(patch, meshes.neutral[vertices], meshes.deltas[:, vertices])
+
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1])
+    write_pack(golden_model(), folder / "golden.facezip", name="golden", made_with={"method": "refined", "seed": 0})
+    for name in (model := read_pack(folder / "golden.facezip")).expressions:
+        write_texture(folder / f"{name}.png", model.reconstruct(name))

@@ -1,0 +1,163 @@
+"""The readers under random bytes: ``python -m tests.trust.fuzz [--seconds 600] [--reader image] [--seed 0]``.
+
+A corpus of small valid files, and changes to them. A finding is whatever leaves a reader but a ``FaceZipError``: it is
+kept under ``out/fuzz/``; once it is understood, it moves to ``tests/data/findings`` under a name that says what it is,
+and is read by the tests from then on.
+"""
+
+import argparse
+import hashlib
+import random
+import shutil
+import sys
+import tempfile
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from facezip import FaceZipError, load_character, read_pack, save_character
+from facezip.manifest import FILE_NAME
+from facezip.meshes import read_obj
+from facezip.textures import read_texture
+from tests.facezip.conftest import random_character
+from tests.trust import mutations
+from tests.trust.children import in_child
+from tests.trust.damage import GOLDEN
+from tests.trust.findings import Row
+from tests.trust.mutants import COMPRESSIONS, store_as
+
+FINDINGS = Path(__file__).parent.parent / "data" / "findings"
+BATCH = 200
+TEXTUAL = {
+    ".obj": [mutations.change_token] * 6,
+    ".json": [mutations.change_token] * 6,
+    ".glb": [mutations.change_number] * 12,
+}
+
+# A file of the corpus → the reader that gets it, and the folder in which it stands.
+READERS: dict[str, Callable[[Path], Any]] = {
+    "image": read_texture,
+    "mesh": read_obj,
+    "pack": lambda file: read_pack(file.parent),
+    "glb": load_character,
+    "character": lambda file: load_character(file.parent),
+}
+
+
+def make_corpus(work: Path) -> dict[str, list[Path]]:
+    """Small valid files for each reader."""
+    images = []
+    for suffix, kinds in COMPRESSIONS.items():
+        for kind in kinds:
+            folder = work / "image" / f"{suffix[1:]}-{kind}"
+            save_character(random_character(side=16, grid=3, expressions=2), folder)
+            store_as(folder / "neutral.png", suffix, kind)
+            images.append(folder / f"neutral{suffix}")
+    save_character(random_character(side=16, grid=3, expressions=2), work / "character")
+    (work / "glb").mkdir()
+    shutil.copytree(GOLDEN, work / "pack")
+    save_character(random_character(side=16, grid=3, expressions=2), work / "glb" / "sheet.glb")
+    character = sorted((work / "character").iterdir())
+    return {
+        "glb": [work / "glb" / "sheet.glb"],
+        "image": images,
+        "mesh": [file for file in character if file.suffix == ".obj"],
+        "pack": [work / "pack" / FILE_NAME, *sorted((work / "pack").glob("*.png"))[:3]],
+        "character": character,
+    }
+
+
+def finding(reader: str, file: Path) -> str:
+    """What leaves the reader of ``file`` that must not; empty if nothing does."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            READERS[reader](file)
+    except FaceZipError as error:
+        return "" if "\n" not in str(error) else f"more than one line: {error}"
+    except Exception as error:
+        return repr(error)
+    return ""
+
+
+def try_bytes(reader: str, file: Path, content: bytes) -> str:
+    """:func:`finding` with ``content`` in the place of a file of the corpus, which is put back."""
+    original = file.read_bytes()
+    file.write_bytes(content)
+    try:
+        return finding(reader, file)
+    finally:
+        file.write_bytes(original)
+
+
+def check_fuzz(work: Path, part: float) -> list[Row]:
+    """The first batches of each reader, always the same ones."""
+    corpus = make_corpus(work)
+    return [_row(reader, files, max(1, round(5 * part))) for reader, files in corpus.items()]
+
+
+def _row(reader: str, files: list[Path], batches: int) -> Row:
+    found = [fault for seed in range(batches) for *_, fault in _batch(reader, files, seed)]
+    return Row(
+        f"fuzzed inputs of the {reader} reader", batches * BATCH, {"findings": len(found)}, examples=tuple(found)
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=60)
+    parser.add_argument("--reader", choices=READERS)
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as work:
+        corpus = make_corpus(Path(work))
+        readers = [options.reader] if options.reader else list(READERS)
+        end, seed, found = time.monotonic() + options.seconds, options.seed, 0
+        while time.monotonic() < end:
+            reader = readers[seed % len(readers)]
+            found += sum(_keep(*each) for each in _batch(reader, corpus[reader], seed))
+            seed += 1
+            print(f"\r{(seed - options.seed) * BATCH} cases, {found} findings", end="", file=sys.stderr)
+    print(file=sys.stderr)
+    sys.exit(1 if found else 0)
+
+
+def _batch(reader: str, files: list[Path], seed: int) -> list[tuple[str, str, str]]:
+    """Findings of a batch: reader and file, the bytes as hexadecimal digits, and what happened."""
+    cases = _cases(files, seed)
+    outcome = in_child(lambda: [try_bytes(reader, file, content) for file, content in cases], limit=300)
+    if outcome.code == 0:
+        faults = outcome.answer
+    else:
+        faults = []
+        for file, content in cases:
+            single = in_child(lambda file=file, content=content: try_bytes(reader, file, content), limit=20)
+            faults.append(single.answer if single.code == 0 else f"ended with {single.code}")
+    pairs = zip(cases, faults, strict=True)
+    return [(f"{reader}-{file.name}", content.hex(), fault) for (file, content), fault in pairs if fault]
+
+
+def _cases(files: list[Path], seed: int) -> list[tuple[Path, bytes]]:
+    rng = random.Random(seed)
+    cases = []
+    for _ in range(BATCH):
+        file = rng.choice(files)
+        kinds = (*mutations.ALL, *TEXTUAL.get(file.suffix, ()))
+        cases.append((file, mutations.mutate(rng, file.read_bytes(), kinds)))
+    return cases
+
+
+def _keep(kind: str, content: str, fault: str) -> int:
+    folder = Path("out") / "fuzz"
+    folder.mkdir(parents=True, exist_ok=True)
+    data = bytes.fromhex(content)
+    name = folder / f"{hashlib.sha256(data).hexdigest()[:12]}-{kind}"
+    name.write_bytes(data)
+    print(f"\n{name}: {fault}", file=sys.stderr)
+    return 1
+
+
+if __name__ == "__main__":
+    main()

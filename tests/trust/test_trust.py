@@ -1,0 +1,35 @@
+"""A small part of ``make trust``, and everything that fuzzing has found."""
+
+import subprocess
+import sys
+
+import pytest
+
+from facezip import FaceZipError
+from tests.trust import fuzz
+from tests.trust.fuzz import FINDINGS, finding
+from tests.trust.names import CHROMIUM, MARKUP, dom_of
+
+READERS = {".obj": "mesh", ".glb": "glb"}
+
+
+def test_a_part_of_the_table_holds():
+    """In a process without threads: all but its own are forked."""
+    call = [sys.executable, "-m", "tests.trust", "--part", "0.02"]
+    done = subprocess.run(call, capture_output=True, text=True, timeout=500, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "FAIL" not in done.stdout
+
+
+@pytest.mark.parametrize("file", sorted(FINDINGS.iterdir()), ids=lambda file: file.name)
+def test_what_was_found_once_is_refused_since(file):
+    reader = READERS.get(file.suffix, "image")
+    assert finding(reader, file) == ""
+    with pytest.raises(FaceZipError):
+        fuzz.READERS[reader](file)
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+def test_the_browser_would_run_what_is_not_escaped(tmp_path):
+    (tmp_path / "page.html").write_text(f"<!doctype html>{MARKUP[2]}")
+    assert "data-owned" in dom_of(tmp_path / "page.html")
