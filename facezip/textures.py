@@ -95,11 +95,9 @@ def read_values(path: Path) -> NDArray[np.float32]:
     Raises
     ------
     FaceZipError
-        ``MISSING_FILE``, ``UNREADABLE_IMAGE``, or ``BAD_TEXELS`` for values that are negative or not finite.
+        What :func:`read_texture_exactly` raises; ``BAD_TEXELS`` for values that are negative or not finite.
     """
-    if not path.is_file():
-        raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such image; check its name")
-    stored = _decode(path)[:, :, 0]
+    stored = decode(path)[:, :, 0]
     maximum = np.float32(1) if stored.dtype.kind == "f" else np.float32(np.iinfo(stored.dtype).max)
     values: NDArray[np.float32] = stored.astype(np.float32) / maximum
     if not np.isfinite(values).all() or values.min() < 0:
