@@ -2,13 +2,17 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test lint viewer lock clean
+.PHONY: demo test trust lint viewer lock clean
 
 demo: .venv/ready
 	$(BIN)/facezip demo -o out/demo --overwrite
 
 test: .venv/ready
 	$(BIN)/python -m pytest -rs --numprocesses auto --dist loadfile
+
+# Damage, kills, size claims, hostile names, mutants and fuzzing, as one table: ten minutes.
+trust: .venv/ready
+	$(BIN)/python -m tests.trust
 
 lint: .venv/ready
 	$(BIN)/ruff check .
