@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -60,8 +61,7 @@ def poses_for(expressions: Sequence[str]) -> tuple[Pose, ...]:
         if all(name in expressions for pose in preset for name in pose.weights):
             return preset
     whole = [Pose(name, {name: 1.0}) for name in expressions]
-    following = zip(expressions, expressions[1:], strict=False)
-    pairs = [Pose(f"{one} and {other}", {one: 0.5, other: 0.5}) for one, other in following]
+    pairs = [Pose(f"{one} and {other}", {one: 0.5, other: 0.5}) for one, other in pairwise(expressions)]
     return (*whole, *pairs)
 
 
