@@ -88,7 +88,7 @@ def _blend(frame: Mapping[str, Any]) -> str:
 
 
 def _errors(data: Document) -> Section:
-    intro = "RMSE of a frame’s head pixels, 0 to 255. Key poses are named where the loop reaches them."
+    intro = "RMSE of a frame’s head pixels, 0 to 255."
     plots = ((_plot(data, 1200.0), _plot(data, 380.0)),)
     return Section("frames", "Frames", "Error over the frames", intro, plots=plots, tables=(_table(data),), folded=True)
 
