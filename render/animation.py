@@ -41,7 +41,7 @@ def animate(
 ) -> Film:
     """Render every frame in the first view and light of the settings, and measure it.
 
-    Every frame has the same random numbers, so that noise stands still, as in a game's own light it would be none.
+    Every frame has the same random numbers, so that noise stands still.
 
     Parameters
     ----------
@@ -59,7 +59,8 @@ def animate(
         settings.resolution,
         settings.transport,
     )
-    found, images = [], []
+    found: list[dict[str, Any]] = []
+    images: list[Images] = []
     for pose in track(frames, "Rendering the animation", len(frames)):
         textures = originals.texture(pose.weights), compressed({**pose.weights})
         renderer.pose(originals.vertices(pose.weights))

@@ -26,7 +26,7 @@ from facezip.writing import whole_folder
 @options.overwrite
 @options.as_json
 def command(
-    character: Path, pack: Path, output: Path, frames: int | None, overwrite: bool, as_json: bool, **look: int
+    character: Path, pack: Path, output: Path, frames: int | None, overwrite: bool, as_json: bool, **look: Any
 ) -> None:
     """Render a loop of blends with CHARACTER's textures and with PACK's, and report every frame and the worst one.
 

@@ -136,7 +136,7 @@ def _lines(answer: Mapping[str, Any]) -> list[str]:
         f"{answer['seconds']['rig']:.1f} s of {answer['seconds']['total']:.1f} s",
         f"  fit      worst scan {worst}: {left:.3g} left of {size:.3g} (RMS displacement, the mesh's unit)",
         f"  B        rank {answer['rank']} of {len(fit)}, condition {answer['condition']:.3g}",
-        f"  unseen   {len(unseen)} shapes are hardly in any scan: nearly the template's motion and the neutral's texture"
+        f"  unseen   {len(unseen)} shapes hardly in any scan: nearly the template's motion and the neutral's texture"
         + (f": {', '.join(unseen)}" if unseen else ""),
         f"  pack     {pack['path']}, {megabytes(pack['bytes_on_gpu'])} on the GPU, {pack['fetches']} fetches a pixel",
     ]
