@@ -27,7 +27,7 @@ def scans():
 
 @pytest.fixture(scope="module")
 def model(scans):
-    return compress(scans, "paper")
+    return compress(scans, "pca")
 
 
 @pytest.fixture(scope="module")
