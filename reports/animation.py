@@ -74,7 +74,10 @@ def _findings(data: Document) -> list[dict[str, str]]:
             "here": f"{_numbers(worst)}. β: {_blend(worst)}.",
         },
         {"title": f"All {last + 1} frames in the mean", "here": f"{_numbers(means)}."},
-        {"title": "The original", "here": f"{data['original'].capitalize()}. Both sides have the same geometry."},
+        {
+            "title": "The original",
+            "here": f"{data['original'][:1].upper()}{data['original'][1:]}. Both sides have the same geometry.",
+        },
     ]
 
 
