@@ -13,6 +13,7 @@ VERBS = {
     "compress": "A character in, a pack out.",
     "importance": "Which texels the cameras look at, as a weight of the fit.",
     "validate": "Render a character against packs of it, and report the difference.",
+    "animate": "A face in motion, original against compressed, frame by frame.",
     "decompress": "Textures out of a pack, of expressions or of a blend.",
     "rig": "Scans and a template in, the person's own shapes and a pack that blends them out.",
     "view": "The head on the screen: sliders, poses, maps, costs; in the browser.",

@@ -111,6 +111,10 @@ def _describe(scans: Character, wanted: Template, rig: Rig) -> dict[str, Any]:
             name: {"rms_left": float(left), "rms_displacement": float(size)}
             for name, left, size in zip(names, rig.residuals, sizes, strict=True)
         },
+        "evidence": {
+            shape: {"determined": round(float(share), 4), "largest_weight": round(float(weight), 4)}
+            for shape, share, weight in zip(wanted.shapes, rig.determined, rig.weights.max(axis=0), strict=True)
+        },
         "unseen_shapes": [shape for shape, used in zip(wanted.shapes, rig.seen, strict=True) if not used],
         "condition": examples.condition if isfinite(examples.condition) else None,
         "rank": len(examples.weights),
@@ -132,7 +136,7 @@ def _lines(answer: Mapping[str, Any]) -> list[str]:
         f"{answer['seconds']['rig']:.1f} s of {answer['seconds']['total']:.1f} s",
         f"  fit      worst scan {worst}: {left:.3g} left of {size:.3g} (RMS displacement, the mesh's unit)",
         f"  B        rank {answer['rank']} of {len(fit)}, condition {answer['condition']:.3g}",
-        f"  unseen   {len(unseen)} shapes are in no scan: nearly the template's motion and the neutral's texture"
+        f"  unseen   {len(unseen)} shapes hardly in any scan: nearly the template's motion and the neutral's texture"
         + (f": {', '.join(unseen)}" if unseen else ""),
         f"  pack     {pack['path']}, {megabytes(pack['bytes_on_gpu'])} on the GPU, {pack['fetches']} fetches a pixel",
     ]

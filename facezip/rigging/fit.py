@@ -16,6 +16,7 @@ from facezip.rigging.frames import Integrator, edges
 from facezip.rigging.poses import pose_weights
 from facezip.rigging.shapes import explain
 from facezip.rigging.transfer import transfer
+from facezip.rigging.weightmaps import Examples
 
 ALTERNATIONS = 5
 # From the first alternation to the last: how much the template counts (β of the paper), and how firmly weights are
@@ -27,7 +28,7 @@ PULL = (1.0, 0.3)
 UNITS = (0.3, 0.3)
 # A face shows few shapes at a time: those with less weight than this are left out of the first values.
 SPARSITY = 0.01
-# A scan shows a shape of which it has more than this.
+# Scans show a shape of which they determine at least this part.
 SEEN = 0.1
 # A vertex rests where nothing moves it by more than this part of the largest displacement.
 STILL = 1e-4
@@ -52,8 +53,15 @@ class Rig:
 
     @property
     def seen(self) -> NDArray[np.bool_]:
-        """``(M,)``: the shapes that some scan shows; the others keep, nearly, the template's motion."""
-        return self.weights.max(axis=0) > SEEN
+        """``(M,)``: the shapes that scans show; the others keep, nearly, the template's motion."""
+        return self.determined >= SEEN
+
+    @property
+    def determined(self) -> NDArray[np.float64]:
+        """``(M,)`` in [0, 1], diag(B⁺B): how much of a shape the scans tell apart from all others."""
+        examples = Examples.of(self.weights)
+        shares: NDArray[np.float64] = np.sum(examples.inverse * (examples.mixtures.T @ examples.weights).T, axis=1)
+        return shares
 
 
 def fit_rig(

@@ -25,7 +25,7 @@ def legend(figure: Figure) -> tuple[tuple[Mark, str, str], ...]:
     )
 
 
-def upright(figure: Figure) -> Plot:
+def upright(figure: Figure, noun: str = "expression") -> Plot:
     """Expressions from left to right: for wide pages."""
     names = _worst_first(figure)
     left, right, top, bottom = 52.0, 1200.0, 36.0, 380.0
@@ -38,11 +38,11 @@ def upright(figure: Figure) -> Plot:
         labels.append(Label(round(x + 4, 1), bottom + 18, _short(name, LONGEST_NAME), "end", -38))
     room = 24 + 4.6 * max(len(label.text) for label in labels)
     frame = (1200.0, round(bottom + room, 1), left, right, top, bottom)
-    title = "Error of every expression, the paper’s worst on the left"
+    title = f"Error of every {noun}, the paper’s worst on the left"
     return Plot(title, *frame, (), axis.marks(), "", RMSE, tuple(marks), tuple(labels))
 
 
-def lying(figure: Figure) -> Plot:
+def lying(figure: Figure, noun: str = "expression") -> Plot:
     """Expressions from top to bottom: for telephones."""
     names = _worst_first(figure)
     left, right, top, slot = 8.0, 368.0, 44.0, 38.0
@@ -54,11 +54,11 @@ def lying(figure: Figure) -> Plot:
         marks += _marks(figure, name, [(axis.at(value), y) for value in _errors(figure, name)])
         labels.append(Label(left + 4, round(y - 12, 1), _short(name, LONGEST_LYING)))
     frame = (380.0, bottom + 6, left, right, top, bottom)
-    title = "Error of every expression, the paper’s worst on top"
+    title = f"Error of every {noun}, the paper’s worst on top"
     return Plot(title, *frame, axis.marks(), (), RMSE, "", tuple(marks), tuple(labels))
 
 
-def table(figure: Figure) -> Table:
+def table(figure: Figure, noun: str = "expression") -> Table:
     """The same as numbers, and the means."""
     methods = methods_of(figure)
     rows = []
@@ -66,7 +66,7 @@ def table(figure: Figure) -> Table:
         values = _errors(figure, name)
         rows.append(Row(name, tuple(Cell(number(value, 2), best=value == min(values)) for value in values)))
     rows.append(Row("mean", tuple(Cell(number(figure["rmse"][method.key], 2)) for method in methods), strong=True))
-    return Table("RMSE of 255, per expression.", "Expression", tuple(method.label for method in methods), tuple(rows))
+    return Table(f"RMSE of 255, per {noun}.", noun.capitalize(), tuple(method.label for method in methods), tuple(rows))
 
 
 def _marks(figure: Figure, name: str, places: Sequence[Point]) -> list[Mark]:

@@ -26,9 +26,9 @@ def section(document: Mapping[str, Any]) -> Section:
         TITLE,
         _intro(figure),
         legend=figure_6.legend(figure) if measured else (),
-        plots=((figure_6.upright(figure), figure_6.lying(figure)),) if measured else (),
+        plots=((figure_6.upright(figure, "shape"), figure_6.lying(figure, "shape")),) if measured else (),
         strips=tuple(Strip(_title(figure, shape), uri, _words(figure)) for shape, uri in figure["pictures"].items()),
-        tables=(figure_6.table(figure),) if measured else (),
+        tables=(figure_6.table(figure, "shape"),) if measured else (),
         folded=True,
     )
 
@@ -39,7 +39,7 @@ def _intro(figure: Figure) -> str:
     return (
         f"Shapes of a template made for this person by example-based rigging, at {size(figure['resolution'])}; "
         f"{condition}. {against}Pictures, from left to right: {_words(figure)}. "
-        f"{len(figure['unseen'])} shapes are in no scan and nearly keep the neutral’s texture."
+        f"{len(figure['unseen'])} shapes are hardly in any scan and nearly keep the neutral’s texture."
     )
 
 

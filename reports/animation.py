@@ -1,0 +1,145 @@
+"""The report of ``facezip animate``: the loop, the error over its frames, a contact sheet, and every number."""
+
+import base64
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from facezip.writing import write_whole
+from render.paired import Images
+from reports.conditions import condition_rows
+from reports.frames import Reel, moving, sheet
+from reports.metrics import METRICS, number
+from reports.page import write_page
+from reports.plots import Axis, Label, Plot, dot, line
+from reports.sections import Section, Strip
+from reports.tables import Cell, Row, Table
+from reports.validation import strict
+
+PAGE, DATA, LOOP = "index.html", "animation.json", "animation.webp"
+SHOWN = ("texture_rmse", "image_rmse", "flip", "delta_e_p95", "ssim")
+# Columns of the contact sheet.
+COLUMNS = 8
+Document = Mapping[str, Any]
+
+
+def is_animation(folder: Path) -> bool:
+    """Whether a folder is such a report."""
+    return (folder / DATA).is_file()
+
+
+def write_animation_report(document: Document, images: Sequence[Images], folder: Path) -> Path:
+    """Write ``index.html``, ``animation.json`` and ``animation.webp``.
+
+    Parameters
+    ----------
+    document : of :func:`render.animation.animate`, with ``pack`` and ``command``.
+    images : of every frame, original and compressed.
+    folder : where the files go, each whole or not at all.
+
+    Returns
+    -------
+    The path of the page.
+    """
+    data = strict(document)
+    reel = Reel.of(images)
+    loop = moving(reel)
+    write_whole(folder / LOOP, loop)
+    write_whole(folder / DATA, json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False).encode())
+    return write_page(
+        folder / PAGE,
+        "animation.html",
+        document={**data, "findings": _findings(data)},
+        data_name=DATA,
+        loop_name=LOOP,
+        loop="data:image/webp;base64," + base64.b64encode(loop).decode("ascii"),
+        still=reel.uri(data["worst"]),
+        size=reel.size,
+        worst=data["frames"][data["worst"]],
+        scale=reel.scale,
+        kicker=f"Animated blend, original against {data['pack']}",
+        title=f"{data['character']['name']} in motion – FaceZip",
+        sections=[_errors(data), _contact_sheet(data, reel)],
+        conditions=condition_rows(data),
+        stances={},
+    )
+
+
+def _findings(data: Document) -> list[dict[str, str]]:
+    worst, means, last = data["frames"][data["worst"]], data["means"], len(data["frames"]) - 1
+    return [
+        {
+            "title": f"Worst frame: {worst['frame']} of 0..{last}, {worst['pose']}",
+            "here": f"{_numbers(worst)}. β: {_blend(worst)}.",
+        },
+        {"title": f"All {last + 1} frames in the mean", "here": f"{_numbers(means)}."},
+        {
+            "title": "The original",
+            "here": f"{data['original'][:1].upper()}{data['original'][1:]}. Both sides have the same geometry.",
+        },
+    ]
+
+
+def _numbers(values: Mapping[str, float]) -> str:
+    shown = [metric for metric in METRICS if metric.key in SHOWN]
+    return ", ".join(f"{metric.label} {metric.text(values[metric.key])}" for metric in shown)
+
+
+def _blend(frame: Mapping[str, Any]) -> str:
+    return ", ".join(f"{name} {number(value, 2)}" for name, value in frame["weights"].items()) or "neutral"
+
+
+def _errors(data: Document) -> Section:
+    intro = "RMSE of a frame’s head pixels, 0 to 255."
+    plots = ((_plot(data, 1200.0), _plot(data, 380.0)),)
+    return Section("frames", "Frames", "Error over the frames", intro, plots=plots, tables=(_table(data),), folded=True)
+
+
+def _plot(data: Document, width: float) -> Plot:
+    frames = data["frames"]
+    left, right, top, bottom = 52.0, width - 12, 36.0, 300.0
+    wide = width > 600
+    step = max(4 * round(len(frames) / (24 if wide else 8) / 4), 1)
+    last = max(len(frames) - 1, 1)
+    across = Axis(0, last, left + 6, right, tuple(range(0, last + 1, step)))
+    up = Axis.around([frame["image_rmse"] for frame in frames], bottom, top, zero=True)
+    spots = [(across.at(frame["frame"]), up.at(frame["image_rmse"])) for frame in frames]
+    marks = [line(spots, "pack-0", width=2)]
+    marks += [
+        dot(at, "disc", "pack-0", f"frame {frame['frame']}, {frame['pose']}: {number(frame['image_rmse'], 2)}", 3)
+        for at, frame in zip(spots, frames, strict=True)
+    ]
+    worst = frames[data["worst"]]
+    x, y = spots[data["worst"]]
+    marks.append(dot((x, y), "diamond", "bad", f"worst: {worst['pose']}", 6))
+    anchor = "end" if x > (left + right) / 2 else "start"
+    words = f"worst: frame {worst['frame']}, {worst['pose']}, {number(worst['image_rmse'], 2)}"
+    labels = [Label(x, round(y - 12, 1), words, anchor)]
+    frame = (width, bottom + 48, left, right, top, bottom)
+    return Plot("", *frame, across.marks(), up.marks(), "Frame", "Image RMSE, of 255", tuple(marks), tuple(labels))
+
+
+def _table(data: Document) -> Table:
+    shown = [metric for metric in METRICS if metric.key in SHOWN]
+    rows = [
+        Row(f"{frame['frame']}", tuple(Cell(metric.text(frame[metric.key])) for metric in shown), frame["pose"])
+        for frame in data["frames"]
+    ]
+    rows.append(Row("mean", tuple(Cell(metric.text(data["means"][metric.key])) for metric in shown), strong=True))
+    return Table("Every frame.", "Frame", tuple(metric.label for metric in shown), tuple(rows))
+
+
+def _contact_sheet(data: Document, reel: Reel) -> Section:
+    count = len(data["frames"])
+    # The lowest and the highest of every stretch would tell less: even steps, and the worst in the place of its next.
+    chosen = [round(i * count / COLUMNS) for i in range(min(COLUMNS, count))]
+    nearest = min(range(len(chosen)), key=lambda i: abs(chosen[i] - data["worst"]))
+    chosen[nearest] = data["worst"]
+    names = [f"{n} {data['frames'][n]['pose']}" + (" (worst)" if n == data["worst"] else "") for n in chosen]
+    strip = Strip("; ".join(names), sheet(reel, chosen), "frames from left to right")
+    intro = (
+        "Original above, compressed in the middle, their difference below: the largest of the three channels, black "
+        f"for none, lightest at {reel.scale.limit:g} of 255 and above ({reel.scale.factor:g} times amplified)."
+    )
+    return Section("contact-sheet", "Contact sheet", "Contact sheet", intro, strips=(strip,))
