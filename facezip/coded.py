@@ -15,7 +15,7 @@ from facezip.model import CompressedTextures
 from facezip.progress import track
 from facezip.quantise import ZERO, quantise
 from facezip.refine import fit_weights
-from facezip.samples import Samples, samples_of
+from facezip.samples import BESIDE_THE_FACE, Samples, samples_of
 from facezip.storage import Storage
 from facezip.sweep import solve_texture, weight_system
 from facezip.textures import Texels
@@ -39,7 +39,7 @@ def fit_coded(
     storage : the codecs to fit to.
     alternations : how often all maps are stored; a few are enough.
     """
-    samples = samples_of(character)
+    samples = samples_of(character, beside=BESIDE_THE_FACE)
     neutral = storage.neutral(character.texture("neutral"))
     samples = replace(samples, neutral=_as_stored(neutral, samples))
     slots = min(differences, len(character.expressions))

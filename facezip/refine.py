@@ -16,7 +16,7 @@ from facezip.model import CompressedTextures
 from facezip.progress import track
 from facezip.quantise import STEPS, best_ranges, rounded_weights
 from facezip.rows import map_rows
-from facezip.samples import Samples, samples_of, thinned
+from facezip.samples import BESIDE_THE_FACE, Samples, samples_of, thinned
 from facezip.sweep import solve_textures, weight_system
 from facezip.weights import SMOOTHNESS, solve_weights
 
@@ -43,7 +43,7 @@ def refine(
     FaceZipError
         ``SIZE_MISMATCH`` or ``BAD_TEXELS``: an importance that does not fit.
     """
-    samples = samples_of(character, importance)
+    samples = samples_of(character, importance, BESIDE_THE_FACE)
     weights = fit_weights(samples, min(differences, len(character.expressions)), weight_scale)
     stored = rounded_weights(np.ascontiguousarray(weights.transpose(2, 0, 3, 1)))
     weights = np.ascontiguousarray(stored.transpose(1, 3, 0, 2))

@@ -10,7 +10,7 @@ from facezip.errors import ErrorCode, FaceZipError
 from facezip.fragments import texel_scale
 from facezip.textures import Texels
 
-# Off the mask, where ears and necks are, weights have to come from somewhere: that little costs the face nothing.
+# What a fit gives to texels off the mask: ears and necks are seen too, and that little costs the face nothing.
 BESIDE_THE_FACE = 0.03
 
 
@@ -32,8 +32,8 @@ class Samples:
     importance: NDArray[np.float32]
 
 
-def samples_of(character: Character, importance: NDArray[np.float32] | None = None) -> Samples:
-    """All texels, weighted by the mask (at least ``BESIDE_THE_FACE``) times ``importance`` ``(H, W)`` ≥ 0.
+def samples_of(character: Character, importance: NDArray[np.float32] | None = None, beside: float = 0) -> Samples:
+    """All texels, weighted by the mask (at least ``beside``) times ``importance`` ``(H, W)`` ≥ 0.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def samples_of(character: Character, importance: NDArray[np.float32] | None = No
         ``SIZE_MISMATCH``: the importance has another size. ``BAD_TEXELS``: it is negative, not finite, or 0 everywhere.
     """
     mask = np.ones(character.resolution, np.float32) if character.mask is None else character.mask
-    weight = np.maximum(mask, np.float32(BESIDE_THE_FACE))
+    weight = np.maximum(mask, np.float32(beside))
     if importance is not None:
         if importance.shape != weight.shape:
             sizes = [f"{size[1]}x{size[0]}" for size in (importance.shape, weight.shape)]
