@@ -80,7 +80,9 @@ export class Poses {
     let last = performance.now();
     let time = Number(this.time.value);
     const step = (now: number) => {
-      time = (time + Math.min(now - last, 100) / 1000 / SECONDS_A_POSE) % this.poses.length;
+      // A frame's time is that of its beginning, which may lie before the click.
+      const passed = Math.min(Math.max(now - last, 0), 100);
+      time = (time + passed / 1000 / SECONDS_A_POSE) % this.poses.length;
       last = now;
       this.time.value = String(time);
       this.showTime(time);
