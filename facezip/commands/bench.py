@@ -10,7 +10,7 @@ from click.core import ParameterSource
 
 from facezip.bench import bench_compress
 from facezip.character import Character, load_character, save_character
-from facezip.commands import options
+from facezip.commands import alarms, options
 from facezip.commands.options import megabytes
 from facezip.machine import conditions
 
@@ -22,6 +22,9 @@ TINY = 64
 @click.group("bench")
 def command() -> None:
     """Measure the main jobs on this machine: each in one run beside what it is compared with."""
+
+
+command.add_command(alarms.command)
 
 
 @command.command("compress")
