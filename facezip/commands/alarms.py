@@ -13,9 +13,9 @@ from facezip.commands import options
 @click.option("--references", type=click.IntRange(min=1), default=24, show_default=True, metavar="N")
 @click.option("--tests", type=click.IntRange(min=1), default=10, show_default=True, help="Against each reference.")
 @click.option("--reference-renders", type=click.IntRange(min=8), default=32, show_default=True, metavar="N")
-@click.option("--renders", type=click.IntRange(min=1), default=4, show_default=True, help="In each test.")
+@click.option("--renders", type=click.IntRange(min=1), default=8, show_default=True, help="In each test.")
 @click.option("--resolution", type=click.IntRange(16, 1024), default=64, show_default=True, metavar="PIXELS")
-@click.option("--spp", type=click.IntRange(1, 65536), default=64, show_default=True, metavar="N")
+@click.option("--spp", type=click.IntRange(1, 65536), default=100, show_default=True, metavar="N")
 @click.option("--texels", type=click.IntRange(64, 4096), default=256, show_default=True, metavar="N")
 @click.option("--seed", type=click.IntRange(0, 2**31), default=0, show_default=True, metavar="S")
 @options.as_json
@@ -36,9 +36,7 @@ def _lines(document: Mapping[str, Any]) -> list[str]:
     alarms = [
         f"  at level {row['level']:<22g} {row['count']:4} of {trials}  {_percent(row)}" for row in document["levels"]
     ]
-    found = [
-        f"  {name:<31} {row['count']:4} of {trials}  {_percent(row)}" for name, row in document["defects"].items()
-    ]
+    found = [f"  {name:<31} {row['count']:4} of {trials}  {_percent(row)}" for name, row in document["defects"].items()]
     return ["False alarms, nothing changed", *alarms, f"Defects found at level {document['level']:g}", *found]
 
 

@@ -45,9 +45,9 @@ class Trials:
     references: int = 24
     tests: int = 10
     reference_renders: int = 32
-    renders: int = 4
+    renders: int = 8
     resolution: int = 64
-    spp: int = 64
+    spp: int = 100
     texels: int = 256
     seed: int = 0
 

@@ -73,9 +73,9 @@ class Reference:
             reason = f"a reference needs at least {FEWEST_RENDERS} independent renders to know their noise, not {count}"
             raise FaceZipError(ErrorCode.BAD_VALUE, f"{reason}; pass a function of the seed, or more renders")
         renders = np.clip(renders, -_LARGEST_HALF, _LARGEST_HALF)
+        mean = renders.mean(axis=0, dtype=np.float64)
         error = renders.std(axis=0, ddof=1, dtype=np.float64) / np.sqrt(count)
-        stored = (part.astype(np.float16).astype(np.float32) for part in (renders.mean(axis=0, dtype=np.float64), error))
-        return Reference(*stored, count, leave_one_out(renders))
+        return Reference(_stored(mean), _stored(error), count, leave_one_out(renders))
 
     def compare(self, renders: NDArray[np.float32]) -> Comparison:
         """Compare the mean of ``(n, H, W, C)`` independent renders, n ≥ 1, none of which is part of the reference."""
@@ -120,3 +120,7 @@ class Reference:
         except (KeyError, TypeError, ValueError):
             reason = f"not a reference of format {FORMAT}; generate it again"
             raise FaceZipError(ErrorCode.UNREADABLE_IMAGE, f"{path}: {reason}") from None
+
+
+def _stored(image: NDArray[np.float64]) -> NDArray[np.float32]:
+    return image.astype(np.float16).astype(np.float32)

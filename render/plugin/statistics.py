@@ -39,7 +39,11 @@ class Ratios:
 
 
 def noise_ratios(
-    difference: NDArray[np.float64], mean: NDArray[np.float64], variance: NDArray[np.float64], share: float, renders: int
+    difference: NDArray[np.float64],
+    mean: NDArray[np.float64],
+    variance: NDArray[np.float64],
+    share: float,
+    renders: int,
 ) -> dict[int, Ratios]:
     """The ratios at every scale.
 
@@ -77,7 +81,9 @@ def block_sums(image: NDArray[np.float64], scale: int) -> NDArray[np.float64]:
 def statistics(ratios: dict[int, Ratios]) -> dict[str, float]:
     """The largest ratio, and the mean square with outliers cut off, at every scale."""
     largest = {f"largest_{scale}": float(np.abs(of.values).max()) for scale, of in ratios.items()}
-    sums = {f"sum_{scale}": float(np.square(np.clip(of.values, -OUTLIER, OUTLIER)).mean()) for scale, of in ratios.items()}
+    sums = {
+        f"sum_{scale}": float(np.square(np.clip(of.values, -OUTLIER, OUTLIER)).mean()) for scale, of in ratios.items()
+    }
     return largest | sums
 
 
@@ -99,7 +105,7 @@ class Spread:
         if self.deviation == 0:
             # Nothing varied: there is nothing to learn from.
             return 0.0
-        score = (float(normalised(name, np.float64(value))) - self.mean) / self.deviation
+        score = (float(normalised(name, np.array(value))) - self.mean) / self.deviation
         score /= np.sqrt(1 + 1 / self.count)
         if name.startswith("sum"):
             return float(stats.t.sf(score, self.count - 1))
@@ -141,7 +147,7 @@ def ratio_probabilities(ratios: Ratios) -> NDArray[np.float64]:
 
 
 def probability(ratios: dict[int, Ratios], spreads: dict[str, Spread]) -> tuple[float, str]:
-    """Probability that noise alone gives so large a difference, corrected for the number of statistics; which is least."""
+    """Probability that noise alone differs as much, corrected for the number of statistics; the least likely one."""
     tails = {}
     for name, value in statistics(ratios).items():
         theory = theoretical_tail(name, value, ratios[int(name.rpartition("_")[2])])
