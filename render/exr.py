@@ -1,6 +1,7 @@
 """The rendered images as multi-part OpenEXR files: linear floats that any viewer or compositor opens."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -42,11 +43,24 @@ def read_exr(path: Path) -> dict[str, NDArray[np.float32]]:
     """
     import OpenEXR
 
+    with _readable(path), OpenEXR.File(str(path)) as file:
+        return {part.name(): next(iter(part.channels.values())).pixels.astype(np.float32) for part in file.parts}
+
+
+def read_conditions(path: Path) -> dict[str, str]:
+    """The text attributes that :func:`write_exr` stored with its first part; raises as :func:`read_exr` does."""
+    import OpenEXR
+
+    with _readable(path), OpenEXR.File(str(path)) as file:
+        return {key: value for key, value in file.parts[0].header.items() if isinstance(value, str) and key != "name"}
+
+
+@contextmanager
+def _readable(path: Path) -> Iterator[None]:
     if not path.is_file():
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such image; render it again")
     try:
-        with OpenEXR.File(str(path)) as file:
-            return {part.name(): next(iter(part.channels.values())).pixels.astype(np.float32) for part in file.parts}
+        yield
     except (OSError, RuntimeError, ValueError) as error:
         reason = (str(error).splitlines() or ["no reason given"])[0]
         raise FaceZipError(ErrorCode.UNREADABLE_IMAGE, f"{path}: not a readable OpenEXR file ({reason})") from None

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+# For the tests of the pytest plugin.
+pytest_plugins = ["pytester"]
 NODE = Path(__file__).parent / "node"
 
 

@@ -1,0 +1,45 @@
+"""``facezip bench alarms``: how often the test of the pytest plugin errs, measured."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import click
+
+from facezip.commands import options
+
+
+@click.command("alarms")
+@click.option("--level", type=click.FloatRange(0, 1, min_open=True), default=0.001, show_default=True, metavar="P")
+@click.option("--references", type=click.IntRange(min=1), default=24, show_default=True, metavar="N")
+@click.option("--tests", type=click.IntRange(min=1), default=10, show_default=True, help="Against each reference.")
+@click.option("--reference-renders", type=click.IntRange(min=8), default=32, show_default=True, metavar="N")
+@click.option("--renders", type=click.IntRange(min=1), default=8, show_default=True, help="In each test.")
+@click.option("--resolution", type=click.IntRange(16, 1024), default=64, show_default=True, metavar="PIXELS")
+@click.option("--spp", type=click.IntRange(1, 65536), default=100, show_default=True, metavar="N")
+@click.option("--texels", type=click.IntRange(64, 4096), default=256, show_default=True, metavar="N")
+@click.option("--seed", type=click.IntRange(0, 2**31), default=0, show_default=True, metavar="S")
+@options.as_json
+def command(level: float, as_json: bool, **settings: Any) -> None:
+    """Measure the false alarms of the image test, and how surely it finds injected defects.
+
+    Equal and spoilt renders of the embedded character, under every light rig and on both materials, are compared with
+    references of independent renders: LEVEL is what the test promises not to exceed when nothing has changed.
+    """
+    from render.plugin.alarms import Trials, measure_alarms
+
+    document = measure_alarms(Trials(**settings), level)
+    options.answer(document, as_json, lambda: _lines(document))
+
+
+def _lines(document: Mapping[str, Any]) -> list[str]:
+    trials = document["false_alarms"]["trials"]
+    alarms = [
+        f"  at level {row['level']:<22g} {row['count']:4} of {trials}  {_percent(row)}" for row in document["levels"]
+    ]
+    found = [f"  {name:<31} {row['count']:4} of {trials}  {_percent(row)}" for name, row in document["defects"].items()]
+    return ["False alarms, nothing changed", *alarms, f"Defects found at level {document['level']:g}", *found]
+
+
+def _percent(row: Mapping[str, Any]) -> str:
+    low, high = row["interval"]
+    return f"{100 * row['rate']:6.2f} %  (95 % interval {100 * low:.2f} to {100 * high:.2f} %)"

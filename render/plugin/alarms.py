@@ -1,0 +1,131 @@
+"""How often the test cries wolf, and what it finds: A/A comparisons, and the same with injected defects.
+
+Renders of the embedded character from its compressed textures become a reference, others of the same textures and of
+spoilt ones are compared with it. No render serves twice.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from itertools import count, cycle, islice, product
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from facezip.methods import compress
+from facezip.progress import track
+from render.llvm import start
+from render.paired import PairedRenderer, upload
+from render.plugin.defects import injected_defects
+from render.plugin.reference import Reference
+from scenes.cameras import VIEWS, frame_of
+from scenes.character import make_character
+from scenes.lights import RIGS
+from scenes.materials import MATERIALS
+
+LEVELS = (0.05, 0.01, 0.001)
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Trials:
+    """What is rendered and compared.
+
+    Attributes
+    ----------
+    references, tests : how many references, spread over rigs and materials; how many tests against each.
+    reference_renders, renders : independent renders in a reference, and in a test.
+    resolution, spp : side of the images in pixels, samples per pixel of each render.
+    texels : side of the textures.
+    seed : of the first render; others follow.
+    """
+
+    references: int = 24
+    tests: int = 10
+    reference_renders: int = 32
+    renders: int = 8
+    resolution: int = 64
+    spp: int = 100
+    texels: int = 256
+    seed: int = 0
+
+
+def measure_alarms(trials: Trials, level: float) -> dict[str, Any]:
+    """Compare equal and defective renders with references, and count what falls below the level.
+
+    Returns
+    -------
+    ``false_alarms``: ``trials``, ``count``, ``rate`` and its 95 % ``interval`` (Clopper and Pearson 1934) at ``level``;
+    ``levels``: the same at others; ``defects``: the same for each defect, found and not, with the rate of every
+    ``rig, material``; ``seconds``; ``conditions``.
+    """
+    begin = perf_counter()
+    versions = start()
+    found: dict[str, dict[str, list[float]]] = {}
+    results = track(_comparisons(trials), "Comparing", trials.references * trials.tests)
+    for case, probabilities in results:
+        for name, probability in probabilities.items():
+            found.setdefault(name, {}).setdefault(case, []).append(probability)
+    equal = np.concatenate([*found.pop(_EQUAL).values()])
+    return {
+        "level": level,
+        "false_alarms": _rate(equal, level),
+        "levels": [{"level": other, **_rate(equal, other)} for other in LEVELS],
+        "defects": {name: _rates(cases, level) for name, cases in found.items()},
+        "seconds": round(perf_counter() - begin, 2),
+        "conditions": {**versions, **asdict(trials), "sampler": "multijitter", "character": "embedded, smile, refined"},
+    }
+
+
+_EQUAL = "equal"
+
+
+def _rates(cases: dict[str, list[float]], level: float) -> dict[str, Any]:
+    per_case = {case: float(np.mean(np.array(values) < level)) for case, values in cases.items()}
+    return {**_rate(np.concatenate([*cases.values()]), level), "per_case": per_case}
+
+
+def _rate(probabilities: NDArray[np.float64], level: float) -> dict[str, Any]:
+    below = int(np.count_nonzero(probabilities < level))
+    interval = stats.binomtest(below, len(probabilities)).proportion_ci(CONFIDENCE, method="exact")
+    return {
+        "trials": len(probabilities),
+        "count": below,
+        "rate": below / len(probabilities),
+        "interval": [float(interval.low), float(interval.high)],
+    }
+
+
+def _comparisons(trials: Trials) -> Iterator[tuple[str, dict[str, float]]]:
+    """Probabilities of every test, equal and with each defect, and under which rig on which material it was."""
+    character = make_character(trials.texels, 6)
+    expression = character.expressions[0]
+    model = compress(character, method="refined")
+    textures = {_EQUAL: model.reconstruct(expression), **injected_defects(model, expression, character)}
+    maps = [upload(texture) for texture in textures.values()]
+    frame = frame_of(character.neutral_vertices)
+    renderers = {
+        material: PairedRenderer(character.topology, frame, list(RIGS), material, trials.resolution)
+        for material in MATERIALS
+    }
+    for renderer in renderers.values():
+        renderer.pose(character.mesh_vertices(expression))
+    seeds = count(trials.seed)
+    for rig, material in islice(cycle(product(RIGS, MATERIALS)), trials.references):
+        look = renderers[material], rig, trials.spp
+        equal = _renders(look, maps[:1], islice(seeds, trials.reference_renders))
+        reference = Reference.of(equal[:, 0])
+        for _ in range(trials.tests):
+            tested = _renders(look, maps, islice(seeds, trials.renders))
+            yield (
+                f"{rig}, {material}",
+                {name: reference.compare(tested[:, k]).probability for k, name in enumerate(textures)},
+            )
+
+
+def _renders(look: tuple[PairedRenderer, str, int], maps: Sequence[Any], seeds: Iterator[int]) -> NDArray[np.float32]:
+    """``(n, K, H, W, 3)`` renders with n seeds of K textures."""
+    renderer, rig, spp = look
+    return np.stack([renderer.render(maps, VIEWS[0], rig, spp, seed).linear for seed in seeds])

@@ -1,0 +1,126 @@
+"""What a render is compared with: the mean of independent renders, its standard error, and how statistics spread."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.writing import write_whole
+from render.exr import read_conditions, read_exr, write_exr
+from render.plugin.statistics import STATISTICS, Ratios, Spread, leave_one_out, noise_ratios, probability
+
+FORMAT = "facezip-reference/1"
+# Fewer renders say too little of their own noise.
+FEWEST_RENDERS = 8
+_LARGEST_HALF = np.float32(65504)
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """A test against a reference.
+
+    Attributes
+    ----------
+    probability : that noise alone gives so large a difference, in [0, 1], corrected for pixels and statistics.
+    statistic : the one that is least likely: ``largest`` or ``sum``, and the side of its blocks in pixels.
+    image : ``(H, W, C)`` float32, mean of the test's renders.
+    ratios : differences over their standard errors, by the side of the blocks.
+    """
+
+    probability: float
+    statistic: str
+    image: NDArray[np.float32]
+    ratios: dict[int, Ratios]
+
+    @property
+    def scale(self) -> int:
+        """Side in pixels of the blocks that tell most."""
+        return int(self.statistic.rpartition("_")[2])
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """A stored expectation.
+
+    Attributes
+    ----------
+    mean, error : ``(H, W, C)`` float32, of half precision: mean of the renders, and its standard error.
+    renders : how many.
+    spreads : how every statistic came out for each of the renders against the others.
+    """
+
+    mean: NDArray[np.float32]
+    error: NDArray[np.float32]
+    renders: int
+    spreads: dict[str, Spread]
+
+    @staticmethod
+    def of(renders: NDArray[np.float32]) -> "Reference":
+        """The reference of ``(N, H, W, C)`` independent renders, C 3 or 4.
+
+        Raises
+        ------
+        FaceZipError
+            ``BAD_VALUE``: fewer than :data:`FEWEST_RENDERS`.
+        """
+        count = len(renders)
+        if count < FEWEST_RENDERS:
+            reason = f"a reference needs at least {FEWEST_RENDERS} independent renders to know their noise, not {count}"
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"{reason}; pass a function of the seed, or more renders")
+        renders = np.clip(renders, -_LARGEST_HALF, _LARGEST_HALF)
+        mean = renders.mean(axis=0, dtype=np.float64)
+        error = renders.std(axis=0, ddof=1, dtype=np.float64) / np.sqrt(count)
+        return Reference(_stored(mean), _stored(error), count, leave_one_out(renders))
+
+    def compare(self, renders: NDArray[np.float32]) -> Comparison:
+        """Compare the mean of ``(n, H, W, C)`` independent renders, n ≥ 1, none of which is part of the reference."""
+        image = np.clip(renders, -_LARGEST_HALF, _LARGEST_HALF).mean(axis=0, dtype=np.float64)
+        mean = self.mean.astype(np.float64)
+        variance = np.square(self.error, dtype=np.float64) * self.renders
+        share = 1 / len(renders) + 1 / self.renders
+        ratios = noise_ratios(image - mean, mean, variance, share, self.renders)
+        return Comparison(*probability(ratios, self.spreads), image.astype(np.float32), ratios)
+
+    def write(self, path: Path, conditions: Mapping[str, str]) -> None:
+        """Write a multi-part OpenEXR file, whole or not at all, with conditions as its attributes.
+
+        Raises
+        ------
+        FaceZipError
+            ``CANNOT_WRITE``.
+        """
+        spreads = json.dumps({name: asdict(spread) for name, spread in self.spreads.items()})
+        header = {**conditions, "facezip": FORMAT, "renders": str(self.renders), "spreads": spreads}
+        with TemporaryDirectory() as place:
+            write_exr(Path(place) / "reference.exr", {"mean": self.mean, "error": self.error}, header)
+            content = (Path(place) / "reference.exr").read_bytes()
+        write_whole(path, content)
+
+    @staticmethod
+    def read(path: Path) -> "Reference":
+        """Read what :meth:`write` wrote.
+
+        Raises
+        ------
+        FaceZipError
+            ``MISSING_FILE``, or ``UNREADABLE_IMAGE`` for a file that is damaged or something else.
+        """
+        parts, header = read_exr(path), read_conditions(path)
+        try:
+            if header["facezip"] != FORMAT:
+                raise ValueError(header["facezip"])
+            stored = json.loads(header["spreads"])
+            spreads = {name: Spread(**stored[name]) for name in STATISTICS}
+            return Reference(parts["mean"], parts["error"], int(header["renders"]), spreads)
+        except (KeyError, TypeError, ValueError):
+            reason = f"not a reference of format {FORMAT}; generate it again"
+            raise FaceZipError(ErrorCode.UNREADABLE_IMAGE, f"{path}: {reason}") from None
+
+
+def _stored(image: NDArray[np.float64]) -> NDArray[np.float32]:
+    return image.astype(np.float16).astype(np.float32)

@@ -1,0 +1,43 @@
+"""The image-diff suite: every light rig on every material, and the pipeline's golden renders.
+
+After a change that is meant to be seen: `pytest tests/render/test_images.py --facezip-generate tests/data/references`.
+"""
+
+import pytest
+
+from facezip.methods import compress
+from render.paired import PairedRenderer, upload
+from scenes.cameras import VIEWS, frame_of
+from scenes.character import make_character
+from scenes.lights import RIGS
+from scenes.materials import MATERIALS
+
+EXPRESSION = "smile"
+SPP = 64
+
+
+@pytest.fixture(scope="module")
+def scans():
+    return make_character(128, 4)
+
+
+@pytest.fixture(scope="module")
+def renderers(scans):
+    frame = frame_of(scans.neutral_vertices)
+    made = {material: PairedRenderer(scans.topology, frame, list(RIGS), material, 64) for material in MATERIALS}
+    for renderer in made.values():
+        renderer.pose(scans.mesh_vertices(EXPRESSION))
+    return made
+
+
+@pytest.mark.parametrize("rig", list(RIGS))
+@pytest.mark.parametrize("material", list(MATERIALS))
+def test_rigs_and_materials_look_as_they_did(facezip_image, scans, renderers, material, rig):
+    texture = upload(scans.texture(EXPRESSION))
+    facezip_image(lambda seed: renderers[material].render([texture], VIEWS[0], rig, SPP, seed).linear[0])
+
+
+@pytest.mark.parametrize("method", ["paper", "refined"])
+def test_the_pipeline_gives_what_it_gave(facezip_image, scans, renderers, method):
+    texture = upload(compress(scans, method=method).reconstruct(EXPRESSION))
+    facezip_image(lambda seed: renderers["skin"].render([texture], VIEWS[1], "studio", SPP, seed).linear[0])
