@@ -46,7 +46,7 @@ def test_it_leaves_the_importance_its_numbers_and_a_page(report):
 def test_the_importance_counts_the_face_alone_and_unseen_texels_by_the_floor(scans, report):
     mask = load_character(scans).mask
     importance = read_values(report[0] / "importance.exr")
-    np.testing.assert_array_equal(importance > 0, mask > 0)
+    assert (importance > 0).all()
     assert importance[mask > 0].min() == np.float32(0.25)
     assert importance[mask > 0].mean() == pytest.approx(1, rel=1e-4)
 
