@@ -19,7 +19,7 @@ METRICS = ("image_rmse", "flip", "delta_e_mean", "delta_e_p95", "ssim")
 UNITS = {
     "texture_rmse": "0..255, encoded sRGB, over texels and channels of the face region",
     "image_rmse": "0..255, encoded sRGB, over head pixels and channels",
-    "image_rmse_debiased": "0..255; two independent halves of the samples, free of render noise",
+    "image_rmse_debiased": "0..255; from two independent halves of the samples, free of render noise",
     "noise_floor": "0..255; RMSE of the original against itself with other random numbers",
     "psnr": "dB, peak 255; null for equal images",
     "flip": "mean FLIP over head pixels, 0..1",

@@ -37,18 +37,21 @@ def noise_floor(halves: Halves, head: NDArray[np.bool_]) -> float:
 
     The halves differ by twice the variance of one half, two full renders by half as much.
     """
-    gap = display(halves.first.linear[0])[head] - display(halves.second.linear[0])[head]
+    gap = display(halves.first.linear[0][head]) - display(halves.second.linear[0][head])
     return float(255 * np.sqrt(np.mean(np.square(gap, dtype=np.float64)) / 2))
 
 
 def debiased_rmse(halves: Halves, k: int, head: NDArray[np.bool_]) -> float:
     """RMSE (0..255) of texture k against the original, without the part that noise adds.
 
-    The product of the differences in two independent halves has the squared error as its mean:
-    sqrt(mean((A0 - B0)(A1 - B1))).
+    Twice the squared error of all samples minus the mean of the halves' (Quenouille's jackknife). For values that are
+    linear in radiance that is mean((A0 - B0)(A1 - B1)), the product of independent differences, which has no bias; for
+    encoded ones it is free of the bias that the display's curve adds to noisy pixels as well, to first order.
     """
-    gaps = [
-        (display(half.linear[0])[head] - display(half.linear[k])[head]).astype(np.float64)
-        for half in (halves.first, halves.second)
-    ]
-    return float(255 * np.sqrt(max(0.0, float(np.mean(gaps[0] * gaps[1])))))
+    whole, *parts = (_squared_error(image, k, head) for image in (halves.mean, halves.first, halves.second))
+    return float(255 * np.sqrt(max(0.0, 2 * whole - sum(parts) / 2)))
+
+
+def _squared_error(image: Images, k: int, head: NDArray[np.bool_]) -> float:
+    gap = display(image.linear[0][head]) - display(image.linear[k][head])
+    return float(np.mean(np.square(gap, dtype=np.float64)))

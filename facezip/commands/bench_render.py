@@ -91,7 +91,7 @@ def _poses(character: Path | None, packs: int, expressions: int, seed: int) -> "
     from render.bench import Pose
     from scenes.character import make_character
 
-    scans = load_character(character) if character else make_character(TEXELS, max(expressions, packs, 2), seed)
+    scans = load_character(character) if character else make_character(TEXELS, max(expressions, packs + 2), seed)
     model = compress(scans, method="pca", differences=packs)
     models = [
         replace(model, differences=model.differences[:count], weights=model.weights[..., :count])
