@@ -44,7 +44,7 @@ def find_jobs(sources: Sequence[Path]) -> list[Job]:
         places = [str(job.character) for job in jobs if job.name.casefold() == wrong.casefold()]
         raise FaceZipError(
             ErrorCode.BAD_VALUE,
-            f"{' and '.join(places)}: cannot be called '{wrong}'; give each a name of its own in a list (docs/batch.md)",
+            f"{' and '.join(places)}: cannot be called '{wrong}'; name each in a list (docs/batch.md)",
         )
     return jobs
 

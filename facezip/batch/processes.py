@@ -131,6 +131,7 @@ def _serve(pipe: Connection) -> None:
             function, args, kwargs = pipe.recv()
         except EOFError:
             return
+        answer: tuple[Any, Exception | None]
         try:
             answer = function(*args, **kwargs), None
         except FaceZipError as error:

@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
@@ -23,21 +23,11 @@ FORMAT = "facezip-batch/1"
 FILE_NAME = "batch.json"
 
 
-def worker_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Who works: ``--workers`` on this machine, or those of a ``--scheduler``."""
-    command = click.option(
-        "--scheduler", metavar="ADDRESS", help="Of a dask cluster that works instead: tcp://host:8786."
-    )(command)
-    return click.option(
-        "--workers", type=click.IntRange(min=1), metavar="N", help="Processes on this machine.  [default: one a core]"
-    )(command)
-
-
 @click.command("batch")
 @click.argument("characters", type=options.FOLDER, nargs=-1, required=True, metavar="CHARACTER...")
 @click.option("-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder for the packs.")
 @fit_options
-@worker_options
+@options.worker_options
 @options.as_json
 @click.pass_context
 def command(

@@ -23,7 +23,6 @@ from facezip.model import CompressedTextures
 from facezip.pack import read_pack, write_pack
 from facezip.textures import read_values
 
-
 # In the order in which a pack states them.
 FIT = ("method", "differences", "weight_scale", "masks", "restarts", "seed")
 GOALS = ("target_rmse", "budget_mb")
@@ -142,9 +141,7 @@ def compress_into(
 
 def _chosen(scans: Character, settings: Mapping[str, Any], weights: NDArray[np.float32] | None) -> Choice:
     target, budget = (settings[goal] for goal in GOALS)
-    return choose(
-        scans, target_rmse=target, budget_bytes=None if budget is None else budget * 1e6, importance=weights
-    )
+    return choose(scans, target_rmse=target, budget_bytes=None if budget is None else budget * 1e6, importance=weights)
 
 
 def write_measured(

@@ -15,6 +15,16 @@ as_json = click.option("--json", "as_json", is_flag=True, help="One JSON documen
 overwrite = click.option("--overwrite", is_flag=True, help="Replace an output that facezip made before.")
 
 
+def worker_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Who works: ``--workers`` on this machine, or those of a ``--scheduler``."""
+    command = click.option(
+        "--scheduler", metavar="ADDRESS", help="Of a dask cluster that works instead: tcp://host:8786."
+    )(command)
+    return click.option(
+        "--workers", type=click.IntRange(min=1), metavar="N", help="Processes on this machine.  [default: one a core]"
+    )(command)
+
+
 def answer(document: Mapping[str, Any], as_json: bool, lines: Callable[[], Sequence[str]]) -> None:
     """Print the document as JSON, or the lines that say the same to a person."""
     click.echo(json.dumps(document, indent=1, allow_nan=False) if as_json else "\n".join(map(printable, lines())))
