@@ -14,7 +14,7 @@ from facezip.batch import finished
 from facezip.batch.jobs import Job, find_jobs
 from facezip.batch.workers import crew
 from facezip.commands import options
-from facezip.commands.compress import FIT, GOALS, check_together, compress_into, fit_options, given
+from facezip.commands.compress import FIT, GOALS, check_together, compress_into, fit_options, given, misregistered
 from facezip.commands.options import megabytes
 from facezip.errors import ErrorCode, ExitCode, FaceZipError
 from facezip.writing import alone, write_whole
@@ -57,6 +57,9 @@ def command(
         write_whole(output / FILE_NAME, json.dumps(document, indent=1, allow_nan=False).encode())
     errors = {name: outcome for name, outcome in outcomes.items() if isinstance(outcome, FaceZipError)}
     options.answer(document, as_json, lambda: _lines(document))
+    for entry in document["characters"]:
+        if entry.get("misregistered"):
+            click.echo(misregistered(entry["character"], entry["misregistered"]), err=True)
     for name, error in errors.items():
         click.echo(f"facezip: {name}: {error}", err=True)
     return max((error.exit_code for error in errors.values()), default=ExitCode.DONE)

@@ -11,6 +11,7 @@ import numpy as np
 from click.core import ParameterSource
 from numpy.typing import NDArray
 
+from facezip.alignment import QUICK_SIDE, alignments
 from facezip.character import Character, load_character
 from facezip.choice import Choice, choose
 from facezip.commands import options
@@ -20,6 +21,7 @@ from facezip.manifest import read_manifest
 from facezip.measure import mean_rmse, model_errors
 from facezip.methods import METHODS, compress
 from facezip.model import CompressedTextures
+from facezip.names import printable
 from facezip.pack import read_pack, write_pack
 from facezip.textures import read_values
 
@@ -83,7 +85,9 @@ def command(
     16-bit PNG too). A mask.png in it limits the face region and the error.
     """
     check_together(given(context), settings, importance)
-    document = compress_into(character, output, settings, overwrite, importance)
+    document = compress_into(
+        character, output, settings, overwrite, importance, lambda line: click.echo(line, err=True)
+    )
     options.answer(document, as_json, lambda: _lines(document))
 
 
@@ -104,7 +108,12 @@ def check_together(names: set[str], settings: Mapping[str, Any], importance: Pat
 
 
 def compress_into(
-    character: Path, output: Path, settings: Mapping[str, Any], overwrite: bool, importance: Path | None = None
+    character: Path,
+    output: Path,
+    settings: Mapping[str, Any],
+    overwrite: bool,
+    importance: Path | None = None,
+    warn: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Any]:
     """The whole of ``facezip compress``: load, fit, write, measure; what it wrote, as ``--json`` says it.
 
@@ -112,6 +121,7 @@ def compress_into(
     ----------
     character, output, overwrite, importance : as on the command line.
     settings : the values of ``FIT`` and ``GOALS``.
+    warn : is told, before the fit, which expressions are misregistered, if any.
 
     Raises
     ------
@@ -120,6 +130,9 @@ def compress_into(
     """
     start = perf_counter()
     scans = load_character(character)
+    off = {name: round(one.rms, 2) for name, one in alignments(scans, side=QUICK_SIDE).items() if not one.registered}
+    if off:
+        warn(misregistered(character, off))
     weights = None if importance is None else read_values(importance)
     made_with = {name: settings[name] for name in FIT}
     if any(settings[goal] is not None for goal in GOALS):
@@ -132,11 +145,20 @@ def compress_into(
     if importance is not None:
         made_with["importance"] = importance.name
     document = write_measured(scans, model, output, overwrite, made_with)
-    document |= {"pack": str(output)}
+    document |= {"pack": str(output), "misregistered": off}
     if choice:
         document |= {"choice": {"reason": choice.reason, "tried": [asdict(trial) for trial in choice.tried]}}
     document["seconds"] = round(perf_counter() - start, 3)
     return document
+
+
+def misregistered(character: str | Path, off: Mapping[str, float]) -> str:
+    """The warning about expressions and how many texels they are off."""
+    worst = sorted(off, key=off.__getitem__, reverse=True)[:3]
+    some = ", ".join(f"{name} by {off[name]:.1f} texels" for name in worst) + (", ..." if len(off) > len(worst) else "")
+    verb = "is" if len(off) == 1 else "are"
+    remedy = f"textures will blur; see 'facezip check {character}'"
+    return printable(f"facezip: warning: {len(off)} of the expressions {verb} off the neutral ({some}); {remedy}")
 
 
 def _chosen(scans: Character, settings: Mapping[str, Any], weights: NDArray[np.float32] | None) -> Choice:
