@@ -28,6 +28,8 @@ SIDE, QUICK_SIDE = 512, 256
 # A pyramid level: how much smaller its image is, and the standard deviation of its windows in cells of the grid.
 LEVELS = ((8, 4.0), (4, 3.0), (2, 2.0), (1, 1.25))
 STEPS = 3
+# Images of fewer rows or columns than this tell nothing.
+SMALLEST = 4
 # A character counts as registered up to here: texels of a texture of 512 x 512, or a 512th of its side.
 THRESHOLD = 1.0
 # A displacement counts as known where its expected error is well below this many texels of the reduced texture.
@@ -67,9 +69,12 @@ class Alignment:
 
     @property
     def rms(self) -> float:
-        """Root mean square of the displacement in texels where it is known: the number of an expression; else 0."""
-        sure = self.length[self.confidence > SURE]
-        return float(np.sqrt((sure**2).mean())) if sure.size else 0.0
+        """Root mean square of the displacement in texels, weighted by confidence: the number of an expression.
+
+        0 where nothing is known: two textures without a place in common are no evidence.
+        """
+        weight = self.confidence if self.known > 0 else np.zeros_like(self.confidence)
+        return float(np.sqrt((weight * self.length**2).sum() / max(float(weight.sum()), 1e-9)))
 
     @property
     def worst(self) -> tuple[float, float, float]:
@@ -92,8 +97,8 @@ def alignments(character: Character, names: Sequence[str] | None = None, side: i
     mask = np.ones(character.resolution, np.float32) if character.mask is None else character.mask
     weight = _reduced(np.ascontiguousarray(mask)[:, :, None], factor)
     fixed = _pyramid(_reduced(np.ascontiguousarray(character.neutral), factor), scale)
-    weights = [_reduced(np.ascontiguousarray(weight)[:, :, None], step) for step, _ in LEVELS]
-    face = gaussian_filter(_cells(weights[-1]), 0.5)
+    weights = [_reduced(weight[:, :, None], step) for step in _steps(weight)]
+    face = gaussian_filter(_cells(weight), 0.5)
     unit = max(512, *character.resolution) / 512
 
     def one(name: str) -> Alignment:
@@ -111,9 +116,14 @@ def alignments(character: Character, names: Sequence[str] | None = None, side: i
 
 def _pyramid(luminance: NDArray[np.float32], scale: np.float32) -> list[NDArray[np.float32]]:
     """Log luminance without its local mean, at every level: a gain of the exposure changes nothing."""
-    levels = [_reduced(luminance[:, :, None], step) for step, _ in LEVELS]
+    levels = [_reduced(luminance[:, :, None], step) for step in _steps(luminance)]
     logs = [np.log(level * scale + np.float32(DARK)) for level in levels]
     return [log - uniform_filter(log, NEIGHBOURHOOD) for log in logs]
+
+
+def _steps(image: NDArray[np.float32]) -> list[int]:
+    """How much smaller the levels of a pyramid are, the smallest first."""
+    return [step for step, _ in LEVELS if min(image.shape) >= SMALLEST * step]
 
 
 def _registered(
@@ -121,7 +131,9 @@ def _registered(
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
     """Displacement ``(GRID, GRID, 2)`` in texels of the finest level, and how far to trust it ``(GRID, GRID)``."""
     displacement = np.zeros((GRID, GRID, 2), np.float32)
-    for (step, window), still, other, weight in zip(LEVELS, fixed, moving, weights, strict=True):
+    certainty = np.zeros((GRID, GRID))
+    levels = LEVELS[len(LEVELS) - len(fixed) :]
+    for (step, window), still, other, weight in zip(levels, fixed, moving, weights, strict=True):
         slopes = np.gradient(still)
         spread = float(np.average((still - other) ** 2, weights=weight)) + 1e-12
         for _ in range(STEPS):
