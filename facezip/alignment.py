@@ -23,11 +23,11 @@ from facezip.progress import track
 
 # Displacements are found on so many windows a side ...
 GRID = 32
-# ... from textures reduced to at most so many texels a side, or half as many where time is short.
-SIDE, QUICK_SIDE = 512, 256
+# ... from textures reduced to at most so many texels a side, in so many steps a level; or in haste.
+SIDE, STEPS = 512, 3
+QUICK_SIDE, QUICK_STEPS = 256, 2
 # A pyramid level: how much smaller its image is, and the standard deviation of its windows in cells of the grid.
 LEVELS = ((8, 4.0), (4, 3.0), (2, 2.0), (1, 1.25))
-STEPS = 3
 # Images of fewer rows or columns than this tell nothing.
 SMALLEST = 4
 # A character counts as registered up to here: texels of a texture of 512 x 512, or a 512th of its side.
@@ -89,14 +89,16 @@ class Alignment:
         return self.rms <= THRESHOLD * self.unit
 
 
-def alignments(character: Character, names: Sequence[str] | None = None, side: int = SIDE) -> dict[str, Alignment]:
-    """The alignment of every expression, or of those in ``names``, measured on textures of at most ``side`` texels."""
+def alignments(character: Character, names: Sequence[str] | None = None, quick: bool = False) -> dict[str, Alignment]:
+    """The alignment of every expression, or of those in ``names``; a ``quick`` one is half as exact."""
+    side, steps = (QUICK_SIDE, QUICK_STEPS) if quick else (SIDE, STEPS)
     names = character.expressions if names is None else names
     scale = texel_scale(character)
     factor = -(-max(side, *character.resolution) // side)
     mask = np.ones(character.resolution, np.float32) if character.mask is None else character.mask
     weight = _reduced(np.ascontiguousarray(mask)[:, :, None], factor)
-    fixed = _pyramid(_reduced(np.ascontiguousarray(character.neutral), factor), scale)
+    neutral = _pyramid(_reduced(np.ascontiguousarray(character.neutral), factor), scale)
+    fixed = [(still, *np.gradient(still)) for still in neutral]
     weights = [_reduced(weight[:, :, None], step) for step in _steps(weight)]
     face = gaussian_filter(_cells(weight), 0.5)
     unit = max(512, *character.resolution) / 512
@@ -104,7 +106,7 @@ def alignments(character: Character, names: Sequence[str] | None = None, side: i
     def one(name: str) -> Alignment:
         texture = np.ascontiguousarray(character.textures[character.index(name)])
         moving = _pyramid(_reduced(texture, factor), scale)
-        displacement, certainty = _registered(fixed, moving, weights)
+        displacement, certainty = _registered(fixed, moving, weights, steps)
         confidence = certainty * np.clip(face, 0, 1)
         known = float(np.sum(confidence > SURE)) / max(float(np.sum(face > SURE)), 1.0)
         return Alignment(displacement * np.float32(factor), confidence.astype(np.float32), known, unit)
@@ -127,18 +129,23 @@ def _steps(image: NDArray[np.float32]) -> list[int]:
 
 
 def _registered(
-    fixed: list[NDArray[np.float32]], moving: list[NDArray[np.float32]], weights: list[NDArray[np.float32]]
+    fixed: list[tuple[NDArray[np.float32], ...]],
+    moving: list[NDArray[np.float32]],
+    weights: list[NDArray[np.float32]],
+    steps: int,
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """Displacement ``(GRID, GRID, 2)`` in texels of the finest level, and how far to trust it ``(GRID, GRID)``."""
+    """Displacement ``(GRID, GRID, 2)`` in texels of the finest level, and how far to trust it ``(GRID, GRID)``.
+
+    ``fixed`` is an image a level, with its slopes down and to the right.
+    """
     displacement = np.zeros((GRID, GRID, 2), np.float32)
     certainty = np.zeros((GRID, GRID))
     levels = LEVELS[len(LEVELS) - len(fixed) :]
-    for (step, window), still, other, weight in zip(levels, fixed, moving, weights, strict=True):
-        slopes = np.gradient(still)
+    for (step, window), (still, down, across), other, weight in zip(levels, fixed, moving, weights, strict=True):
         spread = float(np.average((still - other) ** 2, weights=weight)) + 1e-12
-        for _ in range(STEPS):
+        for _ in range(steps):
             sums = np.zeros((GRID, GRID, 7))
-            _normal_equations(still, slopes[1], slopes[0], other, weight, displacement / step, spread, sums)
+            _normal_equations(still, across, down, other, weight, displacement / step, spread, sums)
             sums = gaussian_filter(sums, (window, window, 0), mode="constant")
             move, certainty = _solved(sums)
             displacement += (step * np.clip(move, -1, 1)).astype(np.float32)
@@ -187,7 +194,7 @@ def _cells(weight: NDArray[np.float32]) -> NDArray[np.float32]:
     return (cells / np.maximum(counts, 1)).astype(np.float32)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _normal_equations(
     still: NDArray[np.float32],
     slope_x: NDArray[np.float32],

@@ -11,7 +11,7 @@ import numpy as np
 from click.core import ParameterSource
 from numpy.typing import NDArray
 
-from facezip.alignment import QUICK_SIDE, alignments
+from facezip.alignment import alignments
 from facezip.character import Character, load_character
 from facezip.choice import Choice, choose
 from facezip.commands import options
@@ -130,7 +130,7 @@ def compress_into(
     """
     start = perf_counter()
     scans = load_character(character)
-    off = {name: round(one.rms, 2) for name, one in alignments(scans, side=QUICK_SIDE).items() if not one.registered}
+    off = {name: round(one.rms, 2) for name, one in alignments(scans, quick=True).items() if not one.registered}
     if off:
         warn(misregistered(character, off))
     weights = None if importance is None else read_values(importance)
