@@ -99,11 +99,13 @@ def test_wrong_calls_are_refused_before_any_work(scans, tmp_path):
     (tmp_path / "jobs.toml").write_text(f"[[character]]\npath = '{scans / 'c0'}'\nspeed = 3\n")
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.tex").touch()
+    both = ("--scheduler", "tcp://nobody:1", "--workers", 2)
     cases = {
         "no such setting": ((tmp_path / "jobs.toml", "-o", tmp_path / "x"), ExitCode.BAD_INPUT),
         "no such list": ((tmp_path / "no.toml", "-o", tmp_path / "x"), ExitCode.BAD_INPUT),
         "a folder of someone else": ((scans, "-o", tmp_path / "mine"), ExitCode.CANNOT_WRITE),
         "no folder to write in": ((scans, "-o", "/proc/nowhere/x"), ExitCode.CANNOT_WRITE),
+        "two kinds of workers": ((scans, "-o", tmp_path / "x", *both), ExitCode.USAGE),
         "contradicting options": ((scans, "-o", tmp_path / "x", "--masks", 9), ExitCode.USAGE),
     }
     for case, (arguments, code) in cases.items():

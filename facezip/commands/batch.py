@@ -3,6 +3,7 @@
 import json
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
@@ -44,11 +45,11 @@ def command(
 
     A CHARACTER is a folder of scans or a .glb file, a folder of such, or a list .toml of them with settings of their
     own. Started again, it does only what is missing: a pack stays if it is intact and its scans and settings have not
-    changed. A character that fails stops no other and is named at the end.
+    changed. A character that fails stops no other and is named at the end. Without --workers, there is one a core.
     """
     begin = perf_counter()
     jobs = [_resolved(context, job, settings) for job in find_jobs(characters)]
-    with _batch_folder(output), crew(workers, scheduler, len(jobs)) as hands:
+    with crew(workers, scheduler, len(jobs)) as hands, _batch_folder(output):
         tasks = {job.name: (job.character.absolute(), output.absolute(), job.name, job.settings) for job in jobs}
         outcomes = hands.outcomes(compress_unless_finished, tasks, "Compressing characters")
         entries = [_entry(job, output, outcomes[job.name]) for job in jobs]
@@ -92,7 +93,7 @@ def _resolved(context: click.Context, job: Job, settings: Mapping[str, Any]) -> 
     return replace(job, settings=whole)
 
 
-def _batch_folder(output: Path) -> Any:
+def _batch_folder(output: Path) -> AbstractContextManager[None]:
     """Hold the folder of a batch against other runs; one that anything else has made is left alone."""
     if output.exists() and not (output / FILE_NAME).is_file() and not (output.is_dir() and not any(output.iterdir())):
         raise FaceZipError(

@@ -17,12 +17,20 @@ overwrite = click.option("--overwrite", is_flag=True, help="Replace an output th
 
 def worker_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Who works: ``--workers`` on this machine, or those of a ``--scheduler``."""
-    command = click.option(
-        "--scheduler", metavar="ADDRESS", help="Of a dask cluster that works instead: tcp://host:8786."
-    )(command)
-    return click.option(
-        "--workers", type=click.IntRange(min=1), metavar="N", help="Processes on this machine.  [default: one a core]"
-    )(command)
+
+    def either(context: click.Context, option: click.Parameter, value: Any) -> Any:
+        other = "workers" if option.name == "scheduler" else "scheduler"
+        if value is not None and context.params.get(other) is not None:
+            raise click.UsageError("--workers are of this machine, those of a --scheduler are not: give one of the two")
+        return value
+
+    help_workers, help_scheduler = (
+        "Processes on this machine.",
+        "Of a dask cluster that works instead: tcp://host:8786.",
+    )
+    command = click.option("--scheduler", metavar="ADDRESS", callback=either, help=help_scheduler)(command)
+    count = click.IntRange(min=1)
+    return click.option("--workers", type=count, metavar="N", callback=either, help=help_workers)(command)
 
 
 def answer(document: Mapping[str, Any], as_json: bool, lines: Callable[[], Sequence[str]]) -> None:
