@@ -11,6 +11,8 @@ from facezip.progress import show_progress
 VERBS = {
     "demo": "The main job on the embedded character: compress, render, report.",
     "compress": "A character in, a pack out.",
+    "batch": "Many characters, on all cores or on a cluster; what is finished stays finished.",
+    "check": "Is every expression registered to the neutral; before it is compressed.",
     "importance": "Which texels the cameras look at, as a weight of the fit.",
     "validate": "Render a character against packs of it, and report the difference.",
     "animate": "A face in motion, original against compressed, frame by frame.",

@@ -48,6 +48,8 @@ class ErrorCode(StrEnum):
     BAD_VALUE = "bad-value"
     OUT_OF_REACH = "out-of-reach"
     NO_LLVM = "no-llvm"
+    NO_SCHEDULER = "no-scheduler"
+    WORKER_LOST = "worker-lost"
     CANNOT_WRITE = "cannot-write"
 
 
@@ -65,6 +67,10 @@ class FaceZipError(Exception):
     def __init__(self, code: ErrorCode, message: str) -> None:
         super().__init__(printable(message))
         self.code = code
+
+    def __reduce__(self) -> tuple[type["FaceZipError"], tuple[ErrorCode, str]]:
+        # Workers send it to the process that asked.
+        return type(self), (self.code, str(self))
 
     @property
     def exit_code(self) -> ExitCode:

@@ -60,7 +60,7 @@ def resumable_folder(path: Path, overwrite: bool, ours: Callable[[Path], bool]) 
         _clear_leftovers(target)
         partial = target.with_name(f".{target.name}.partial")
         partial.mkdir(parents=True, exist_ok=True)
-        with _alone(partial, path), _named(partial, path):
+        with alone(partial, path), _named(partial, path):
             try:
                 yield partial
                 _sync(*partial.rglob("*"), partial)
@@ -74,8 +74,14 @@ def resumable_folder(path: Path, overwrite: bool, ours: Callable[[Path], bool]) 
 
 
 @contextmanager
-def _alone(folder: Path, path: Path) -> Iterator[None]:
-    """Hold a folder against other processes; the system lets go of it when this one ends, however it ends."""
+def alone(folder: Path, path: Path) -> Iterator[None]:
+    """Hold a folder against other processes; the system lets go of it when this one ends, however it ends.
+
+    Raises
+    ------
+    FaceZipError
+        ``CANNOT_WRITE``: another process holds it; the message names it as ``path``.
+    """
     with Locked(folder) as lock:
         if lock.gone or not lock.held:
             raise FaceZipError(

@@ -1,9 +1,10 @@
 """Expressions x views x lights x packs: render what is missing, and gather everything in one document."""
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -42,18 +43,55 @@ class Candidate:
     facts: dict[str, Any]
 
 
+@dataclass(frozen=True)
+class Filled:
+    """What one worker did for one expression: shots rendered, and seconds of rendering and of measuring them."""
+
+    rendered: int
+    seconds: dict[str, float]
+
+
+class Filler:
+    """One worker's part of a validation: it renders and measures into the store that :func:`validate` reads.
+
+    Parameters
+    ----------
+    character, candidates, folder, settings, earlier : as of :func:`validate`.
+    """
+
+    def __init__(
+        self, character: Character, candidates: list[Candidate], folder: Path, settings: Settings, earlier: Path | None
+    ) -> None:
+        pool = ThreadPoolExecutor(os.cpu_count())
+        conditions = _conditions(character, settings, start())
+        self._run = _Run(character, candidates, settings, ShotStore(folder, earlier), conditions, pool)
+
+    def fill(self, name: str) -> Filled:
+        """Every shot of an expression that is missing; with those of the neutral, the noise floors."""
+        rendered, before = self._run.rendered, dict(self._run.seconds)
+        for _ in self._run.expression(name):
+            pass
+        if name == NEUTRAL:
+            self._run.floors()
+        self._run.settle()
+        spent = {part: seconds - before[part] for part, seconds in self._run.seconds.items()}
+        return Filled(self._run.rendered - rendered, spent)
+
+
 def validate(
     character: Character,
     candidates: list[Candidate],
     folder: Path,
     settings: Settings | None = None,
     earlier: Path | None = None,
+    distribute: Callable[[Sequence[str]], Iterable[Filled]] = lambda _: (),
 ) -> dict[str, Any]:
     """Render the character with its own and each candidate's textures, and measure every difference.
 
     Writes ``folder/renders/EXPRESSION.VIEW.LIGHT.exr``, a part ``original`` and one a candidate, and its measurements
     beside it. Shots found there, or in the report ``earlier``, are not rendered again if nothing that made them
-    changed.
+    changed. ``distribute`` is given all names, the neutral's too, and may have any of them filled by a :class:`Filler`
+    elsewhere; what it leaves is rendered here.
 
     Returns
     -------
@@ -70,9 +108,13 @@ def validate(
     begin = perf_counter()
     conditions = _conditions(character, settings, start())
     with ThreadPoolExecutor(os.cpu_count()) as pool:
+        elsewhere = list(distribute((NEUTRAL, *character.expressions)))
         run = _Run(character, candidates, settings, ShotStore(folder, earlier), conditions, pool)
         renders, floors = run.renders(), run.floors()
         run.finish()
+    filled = [Filled(run.rendered, run.seconds), *elsewhere]
+    rendered = sum(part.rendered for part in filled)
+    seconds = {name: sum(part.seconds[name] for part in filled) for name in run.seconds}
     for render in renders:
         render["noise_floor"] = floors[render["view"], render["light"]] | render["noise_floor"]
     total = perf_counter() - begin
@@ -85,9 +127,9 @@ def validate(
             for k, candidate in enumerate(candidates)
         ],
         "renders": renders,
-        "rendered": run.rendered,
-        "seconds": {name: round(value, 2) for name, value in {**run.seconds, "total": total}.items()},
-        "pairs_per_second": round(run.rendered * len(candidates) / total, 2),
+        "rendered": rendered,
+        "seconds": {name: round(value, 2) for name, value in {**seconds, "total": total}.items()},
+        "pairs_per_second": round(rendered * len(candidates) / total, 2),
     }
 
 
@@ -103,22 +145,28 @@ class _Run:
         conditions: dict[str, Any],
         pool: ThreadPoolExecutor,
     ) -> None:
-        self.rendered, self.seconds = 0, {"render": 0.0, "metrics": 0.0}
+        self.rendered = 0
         self._character, self._candidates, self._settings = character, candidates, settings
         self._store, self._conditions, self._pool = store, conditions, pool
         self._studio: Studio | None = None
         self._writing: list[Future[None]] = []
 
+    @property
+    def seconds(self) -> dict[str, float]:
+        return dict(self._studio.seconds) if self._studio else {"render": 0.0, "metrics": 0.0}
+
     def renders(self) -> list[dict[str, Any]]:
-        names, views = (NEUTRAL, *self._character.expressions), list(looks(self._settings))
-        with task("Rendering", len(names) * len(views)) as advance:
+        names = (NEUTRAL, *self._character.expressions)
+        with task("Rendering", len(names) * len(list(looks(self._settings)))) as advance:
             found = []
-            for name in names:
-                textures = [self._character.texture(name), *(candidate.texture(name) for candidate in self._candidates)]
-                for measured in self._shots([Shot(name, *look) for look in views], textures):
-                    found.append(measured)
-                    advance()
+            for measured in chain.from_iterable(map(self.expression, names)):
+                found.append(measured)
+                advance()
         return found
+
+    def expression(self, name: str) -> Iterator[dict[str, Any]]:
+        textures = [self._character.texture(name), *(candidate.texture(name) for candidate in self._candidates)]
+        return self._shots([Shot(name, *look) for look in looks(self._settings)], textures)
 
     def floors(self) -> dict[tuple[str, str], dict[str, Any]]:
         """By view and light: every metric of the original neutral against itself with other random numbers."""
@@ -134,13 +182,15 @@ class _Run:
             floors[shot.view.name, shot.light] = floor
         return floors
 
-    def finish(self) -> None:
+    def settle(self) -> None:
         """Wait until everything is on disk."""
         for future in self._writing:
             future.result()
+
+    def finish(self) -> None:
+        """Wait until everything is on disk, and leave nothing else there."""
+        self.settle()
         self._store.prune()
-        if self._studio:
-            self.seconds = self._studio.seconds
 
     def _shots(self, shots: list[Shot], textures: list[NDArray[np.float32]]) -> Iterator[dict[str, Any]]:
         inputs, posed = self._inputs(shots[0].expression, textures), None

@@ -18,6 +18,8 @@ from facezip import (
     verify_pack,
     write_pack,
 )
+from facezip.batch.processes import ProcessWorkers
+from facezip.batch.workers import crew
 from facezip.meshes import MAX_BYTES, read_obj, write_obj
 from facezip.textures import read_texture, write_texture
 from render.llvm import VARIABLE, usable_library
@@ -76,6 +78,16 @@ def no_llvm(place):
         usable_library()
 
 
+def nobody_at_the_address():
+    with crew(None, "nonsense://nowhere", 1):
+        pass
+
+
+def process_that_ends_itself():
+    with ProcessWorkers(1) as pool:
+        pool.submit(os._exit, 1).result()
+
+
 def written_twice(place):
     for _ in range(2):
         write_pack(random_model(), place / "a.facezip")
@@ -108,6 +120,8 @@ CASES = {
     ErrorCode.BAD_VALUE: lambda place: random_model().blend({"expr_0": float("inf")}),
     ErrorCode.OUT_OF_REACH: lambda place: choose(SCANS, budget_bytes=1),
     ErrorCode.NO_LLVM: no_llvm,
+    ErrorCode.NO_SCHEDULER: lambda _: nobody_at_the_address(),
+    ErrorCode.WORKER_LOST: lambda _: process_that_ends_itself(),
     ErrorCode.CANNOT_WRITE: written_twice,
 }
 

@@ -1,15 +1,19 @@
 """``facezip compress``: a character in, a pack out, with the error of what was written."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 import click
+import numpy as np
 from click.core import ParameterSource
+from numpy.typing import NDArray
 
+from facezip.alignment import alignments
 from facezip.character import Character, load_character
-from facezip.choice import choose
+from facezip.choice import Choice, choose
 from facezip.commands import options
 from facezip.commands.facts import pack_facts
 from facezip.commands.options import megabytes
@@ -17,8 +21,42 @@ from facezip.manifest import read_manifest
 from facezip.measure import mean_rmse, model_errors
 from facezip.methods import METHODS, compress
 from facezip.model import CompressedTextures
+from facezip.names import printable
 from facezip.pack import read_pack, write_pack
 from facezip.textures import read_values
+
+# In the order in which a pack states them.
+FIT = ("method", "differences", "weight_scale", "masks", "restarts", "seed")
+GOALS = ("target_rmse", "budget_mb")
+
+
+def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The options that say how to compress: those of ``FIT`` and ``GOALS``."""
+    for option in reversed(
+        (
+            click.option("--method", type=click.Choice(list(METHODS)), default="refined", show_default=True),
+            click.option(
+                "--differences", default=4, show_default=True, metavar="R", help="Number of difference textures."
+            ),
+            click.option(
+                "--weight-scale", default=8, show_default=True, metavar="S", help="Weight maps are S times smaller."
+            ),
+            click.option(
+                "--target-rmse", type=float, metavar="X", help="Choose R and S: least memory with at most this error."
+            ),
+            click.option(
+                "--budget-mb", type=float, metavar="X", help="Choose R and S: least error in this GPU memory."
+            ),
+            click.option("--masks", default=53, show_default=True, metavar="K", help="Masks on the face (paper)."),
+            click.option(
+                "--restarts", default=100, show_default=True, metavar="N",
+                help="Random starts of the stitching (paper).",
+            ),
+            click.option("--seed", default=0, show_default=True, metavar="S"),
+        )
+    ):  # fmt: skip
+        command = option(command)
+    return command
 
 
 @click.command("compress")
@@ -26,15 +64,8 @@ from facezip.textures import read_values
 @click.option(
     "-o", "--output", type=options.FOLDER, required=True, metavar="PACK", help="Folder NAME.facezip to write."
 )
-@click.option("--method", type=click.Choice(list(METHODS)), default="refined", show_default=True)
-@click.option("--differences", default=4, show_default=True, metavar="R", help="Number of difference textures.")
-@click.option("--weight-scale", default=8, show_default=True, metavar="S", help="Weight maps are S times smaller.")
-@click.option("--target-rmse", type=float, metavar="X", help="Choose R and S: least memory with at most this error.")
-@click.option("--budget-mb", type=float, metavar="X", help="Choose R and S: least error in this GPU memory.")
+@fit_options
 @click.option("--importance", type=options.FOLDER, metavar="FILE", help="Image: how much a texel's error counts.")
-@click.option("--masks", default=53, show_default=True, metavar="K", help="Masks on the face (paper).")
-@click.option("--restarts", default=100, show_default=True, metavar="N", help="Random starts of the stitching (paper).")
-@click.option("--seed", default=0, show_default=True, metavar="S")
 @options.overwrite
 @options.as_json
 @click.pass_context
@@ -43,8 +74,6 @@ def command(
     /,
     character: Path,
     output: Path,
-    target_rmse: float | None,
-    budget_mb: float | None,
     importance: Path | None,
     overwrite: bool,
     as_json: bool,
@@ -55,36 +84,86 @@ def command(
     CHARACTER is a folder with neutral.obj and neutral.png, and NAME.obj and NAME.png per expression (EXR, TIFF and
     16-bit PNG too). A mask.png in it limits the face region and the error.
     """
-    choosing = target_rmse is not None or budget_mb is not None
-    _check_together(context, choosing, settings["method"], importance)
-    start = perf_counter()
-    scans = load_character(character)
-    weights = None if importance is None else read_values(importance)
-    choice = None
-    if choosing:
-        budget = None if budget_mb is None else budget_mb * 1e6
-        choice = choose(scans, target_rmse=target_rmse, budget_bytes=budget, importance=weights)
-        settings |= {"differences": choice.trial.differences, "weight_scale": choice.trial.weight_scale}
-        settings |= {"target_rmse": target_rmse, "budget_mb": budget_mb}
-    model = choice.model if choice else compress(scans, **settings, importance=weights)
-    made_with = settings if importance is None else {**settings, "importance": importance.name}
-    document = write_measured(scans, model, output, overwrite, made_with)
-    document |= {"pack": str(output)}
-    if choice:
-        document |= {"choice": {"reason": choice.reason, "tried": [asdict(trial) for trial in choice.tried]}}
-    document["seconds"] = round(perf_counter() - start, 3)
+    check_together(given(context), settings, importance)
+    document = compress_into(
+        character, output, settings, overwrite, importance, lambda line: click.echo(line, err=True)
+    )
     options.answer(document, as_json, lambda: _lines(document))
 
 
-def _check_together(context: click.Context, choosing: bool, method: str, importance: Path | None) -> None:
-    """Refuse options that contradict each other, before any work."""
-    given = {name for name in context.params if context.get_parameter_source(name) is ParameterSource.COMMANDLINE}
-    if choosing and given & {"differences", "weight_scale"}:
+def given(context: click.Context) -> set[str]:
+    """Names of the options that stand on the command line."""
+    return {name for name in context.params if context.get_parameter_source(name) is ParameterSource.COMMANDLINE}
+
+
+def check_together(names: set[str], settings: Mapping[str, Any], importance: Path | None = None) -> None:
+    """Refuse options that contradict each other, before any work; ``names`` are those that somebody gave."""
+    choosing, method = any(settings[goal] is not None for goal in GOALS), settings["method"]
+    if choosing and names & {"differences", "weight_scale"}:
         raise click.UsageError("--target-rmse and --budget-mb choose --differences and --weight-scale: leave those out")
     if method != "refined" and (choosing or importance):
         raise click.UsageError("--target-rmse, --budget-mb and --importance need --method refined")
-    if method == "refined" and given & {"masks", "restarts"}:
+    if method == "refined" and names & {"masks", "restarts"}:
         raise click.UsageError("--masks and --restarts are of the paper's method: add --method paper")
+
+
+def compress_into(
+    character: Path,
+    output: Path,
+    settings: Mapping[str, Any],
+    overwrite: bool,
+    importance: Path | None = None,
+    warn: Callable[[str], None] = lambda _: None,
+) -> dict[str, Any]:
+    """The whole of ``facezip compress``: load, fit, write, measure; what it wrote, as ``--json`` says it.
+
+    Parameters
+    ----------
+    character, output, overwrite, importance : as on the command line.
+    settings : the values of ``FIT`` and ``GOALS``.
+    warn : is told, before the fit, which expressions are misregistered, if any.
+
+    Raises
+    ------
+    FaceZipError
+        For what is wrong with the input, and ``CANNOT_WRITE``.
+    """
+    start = perf_counter()
+    scans = load_character(character)
+    off = {name: round(one.rms, 2) for name, one in alignments(scans, quick=True).items() if not one.registered}
+    if off:
+        warn(misregistered(character, off))
+    weights = None if importance is None else read_values(importance)
+    made_with = {name: settings[name] for name in FIT}
+    if any(settings[goal] is not None for goal in GOALS):
+        choice = _chosen(scans, settings, weights)
+        model = choice.model
+        made_with |= {"differences": choice.trial.differences, "weight_scale": choice.trial.weight_scale}
+        made_with |= {goal: settings[goal] for goal in GOALS}
+    else:
+        choice, model = None, compress(scans, **made_with, importance=weights)
+    if importance is not None:
+        made_with["importance"] = importance.name
+    document = write_measured(scans, model, output, overwrite, made_with)
+    document |= {"pack": str(output), "misregistered": off}
+    if choice:
+        document |= {"choice": {"reason": choice.reason, "tried": [asdict(trial) for trial in choice.tried]}}
+    document["seconds"] = round(perf_counter() - start, 3)
+    return document
+
+
+def misregistered(character: str | Path, off: Mapping[str, float]) -> str:
+    """The warning about expressions and how many texels they are off."""
+    worst = sorted(off, key=off.__getitem__, reverse=True)[:3]
+    some = ", ".join(f"{name} by {off[name]:.1f} texels" for name in worst) + (", ..." if len(off) > len(worst) else "")
+    verb = "is" if len(off) == 1 else "are"
+    remedy = f"textures will blur; see 'facezip check {character}'"
+    return printable(f"facezip: warning: {len(off)} of the expressions {verb} off the neutral ({some}); {remedy}")
+
+
+def _chosen(scans: Character, settings: Mapping[str, Any], weights: NDArray[np.float32] | None) -> Choice:
+    target, budget = (settings[goal] for goal in GOALS)
+    return choose(scans, target_rmse=target, budget_bytes=None if budget is None else budget * 1e6, importance=weights)
 
 
 def write_measured(

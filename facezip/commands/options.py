@@ -15,6 +15,24 @@ as_json = click.option("--json", "as_json", is_flag=True, help="One JSON documen
 overwrite = click.option("--overwrite", is_flag=True, help="Replace an output that facezip made before.")
 
 
+def worker_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Who works: ``--workers`` on this machine, or those of a ``--scheduler``."""
+
+    def either(context: click.Context, option: click.Parameter, value: Any) -> Any:
+        other = "workers" if option.name == "scheduler" else "scheduler"
+        if value is not None and context.params.get(other) is not None:
+            raise click.UsageError("--workers are of this machine, those of a --scheduler are not: give one of the two")
+        return value
+
+    help_workers, help_scheduler = (
+        "Processes on this machine.",
+        "Of a dask cluster that works instead: tcp://host:8786.",
+    )
+    command = click.option("--scheduler", metavar="ADDRESS", callback=either, help=help_scheduler)(command)
+    count = click.IntRange(min=1)
+    return click.option("--workers", type=count, metavar="N", callback=either, help=help_workers)(command)
+
+
 def answer(document: Mapping[str, Any], as_json: bool, lines: Callable[[], Sequence[str]]) -> None:
     """Print the document as JSON, or the lines that say the same to a person."""
     click.echo(json.dumps(document, indent=1, allow_nan=False) if as_json else "\n".join(map(printable, lines())))

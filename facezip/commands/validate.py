@@ -1,18 +1,25 @@
 """``facezip validate``: path-traced proof, a character against packs of it."""
 
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
+from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from facezip.batch.workers import crew
 from facezip.character import Character, load_character
 from facezip.commands import options
 from facezip.commands.candidates import candidate
+from facezip.errors import FaceZipError
 from facezip.writing import resumable_folder
 
 if TYPE_CHECKING:
     from render.settings import Settings
-    from render.validation import Candidate
+    from render.validation import Candidate, Filled, Filler
 
 REPORT_FILE = "report.json"
 
@@ -30,6 +37,7 @@ REPORT_FILE = "report.json"
 @click.option("--spp", type=int, metavar="N", help="Samples per pixel to begin with.  [default: 16]")
 @click.option("--max-spp", type=int, metavar="N", help="Samples where the verdict is close.  [default: 4 x spp]")
 @click.option("--seed", type=int, metavar="S", help="Of all random numbers.  [default: 0]")
+@options.worker_options
 @options.overwrite
 @options.as_json
 def command(
@@ -37,6 +45,8 @@ def command(
     packs: tuple[Path, ...],
     output: Path,
     config: Path | None,
+    workers: int | None,
+    scheduler: str | None,
     overwrite: bool,
     as_json: bool,
     **given: Any,
@@ -47,14 +57,23 @@ def command(
     a PACK stands, if you like, a second CHARACTER: textures that another tool made are judged the same way.
 
     A run that is broken off goes on where it was when it is started again. With --overwrite, renders of the report
-    that is there are kept where nothing that made them has changed.
+    that is there are kept where nothing that made them has changed. Without --workers and --scheduler, one process
+    renders on all cores.
     """
     from render.settings import read_settings
 
     settings = read_settings(config, {key: value for key, value in given.items() if value is not None})
     scans = load_character(character)
     candidates = [candidate(scans, path) for path in packs]
-    document = _validate_into(scans, candidates, output, overwrite, settings)
+
+    def distribute(names: Sequence[str], folder: Path, earlier: Path | None) -> "list[Filled]":
+        if workers is None and scheduler is None:
+            return []
+        paths = character.absolute(), tuple(path.absolute() for path in packs), folder.absolute()
+        share = Share(*paths, earlier.absolute() if earlier else None, settings, os.urandom(8).hex())
+        return _filled(share, names, workers, scheduler)
+
+    document = _validate_into(scans, candidates, output, overwrite, settings, distribute)
     options.answer(document, as_json, lambda: _lines(document, output))
 
 
@@ -64,6 +83,7 @@ def _validate_into(
     output: Path,
     overwrite: bool,
     settings: "Settings",
+    distribute: "Callable[[Sequence[str], Path, Path | None], list[Filled]]",
 ) -> dict[str, Any]:
     """Render, measure and report into the folder ``output``; returns the report's document."""
     from render.validation import validate
@@ -71,9 +91,51 @@ def _validate_into(
 
     earlier = output if output.is_dir() else None
     with resumable_folder(output, overwrite, lambda folder: (folder / REPORT_FILE).is_file()) as folder:
-        document = validate(scans, candidates, folder, settings, earlier)
+        document = validate(
+            scans, candidates, folder, settings, earlier, lambda names: distribute(names, folder, earlier)
+        )
         write_validation_report(document, folder)
     return document
+
+
+@dataclass(frozen=True)
+class Share:
+    """What a worker is told of a validation; ``run`` is one run's own, so that no worker takes old files for new."""
+
+    character: Path
+    packs: tuple[Path, ...]
+    folder: Path
+    earlier: Path | None
+    settings: "Settings"
+    run: str
+
+
+# A worker keeps what it has loaded and compiled from one expression to the next; its threads take turns.
+_rendering = Lock()
+
+
+def fill(share: Share, name: str) -> "Filled":
+    """One task: every shot of an expression that is not there yet."""
+    with _rendering:
+        return _filler(share).fill(name)
+
+
+@lru_cache(maxsize=1)
+def _filler(share: Share) -> "Filler":
+    from render.validation import Filler
+
+    scans = load_character(share.character)
+    candidates = [candidate(scans, path) for path in share.packs]
+    return Filler(scans, candidates, share.folder, share.settings, share.earlier)
+
+
+def _filled(share: Share, names: Sequence[str], workers: int | None, scheduler: str | None) -> "list[Filled]":
+    with crew(workers, scheduler, len(names)) as hands:
+        outcomes = hands.outcomes(fill, {name: (share, name) for name in names}, "Rendering expressions")
+    for name, outcome in outcomes.items():
+        if isinstance(outcome, FaceZipError):
+            raise FaceZipError(outcome.code, f"{name}: {outcome}")
+    return [outcome for outcome in outcomes.values() if not isinstance(outcome, FaceZipError)]
 
 
 def _lines(document: dict[str, Any], output: Path) -> list[str]:

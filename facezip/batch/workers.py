@@ -1,0 +1,118 @@
+"""Who does the tasks: processes of this machine or a dask cluster, behind one ``concurrent.futures.Executor``."""
+
+import os
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor, as_completed
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from facezip.batch.cores import use_cores
+from facezip.batch.processes import ProcessWorkers, worker_lost
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.progress import task
+
+Result = TypeVar("Result")
+
+# Seconds in which a scheduler has to answer.
+PATIENCE = 20
+
+
+@dataclass(frozen=True)
+class Crew:
+    """Workers at hand.
+
+    Attributes
+    ----------
+    executor : where calls go.
+    threads : that a task may use. Together, the tasks of a machine use each of its cores once.
+    """
+
+    executor: Executor
+    threads: int
+
+    def outcomes(
+        self, work: Callable[..., Result], tasks: Mapping[str, tuple[Any, ...]], description: str
+    ) -> dict[str, Result | FaceZipError]:
+        """``work(*tasks[name])`` for every name, each with its result or the error that ended it, in their order.
+
+        ``work`` is a function that workers can import. A task that fails, or whose worker dies, stops no other.
+        """
+        with task(description, len(tasks)) as advance:
+            calls = {
+                name: self.executor.submit(call_with_cores, self.threads, work, *given) for name, given in tasks.items()
+            }
+            for _ in as_completed(calls.values()):
+                advance()
+        outcomes: dict[str, Result | FaceZipError] = {}
+        for name, call in calls.items():
+            error = call.exception()
+            outcomes[name] = call.result() if error is None else _as_ours(error)
+        return outcomes
+
+
+@contextmanager
+def crew(workers: int | None, scheduler: str | None, tasks: int) -> Iterator[Crew]:
+    """Workers for ``tasks`` tasks until the end of the block; an error in the block ends what they are at.
+
+    Parameters
+    ----------
+    workers : processes on this machine; None for one a core, and never more than tasks.
+    scheduler : address of a dask scheduler, ``tcp://host:8786``, whose workers are taken instead. Each of their
+        threads counts as one core, as dask has it.
+
+    Raises
+    ------
+    FaceZipError
+        ``NO_SCHEDULER``: dask is not installed, or nobody answers at the address.
+    """
+    if scheduler is not None:
+        with _cluster(scheduler) as executor:
+            yield Crew(executor, threads=1)
+        return
+    cores = os.cpu_count() or 1
+    count = max(min(workers or cores, tasks), 1)
+    pool = ProcessWorkers(count)
+    try:
+        yield Crew(pool, threads=max(cores // count, 1))
+    except BaseException:
+        pool.shutdown(cancel_futures=True)
+        raise
+    pool.shutdown()
+
+
+@contextmanager
+def _cluster(address: str) -> Iterator[Executor]:
+    try:
+        from distributed import Client
+    except ImportError:
+        raise FaceZipError(
+            ErrorCode.NO_SCHEDULER, f"{address}: dask is not installed; pip install 'facezip[cluster]'"
+        ) from None
+    try:
+        client = Client(address, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise FaceZipError(
+            ErrorCode.NO_SCHEDULER, f"{address}: no dask scheduler answers ({error}); start one with 'dask scheduler'"
+        ) from None
+    with client:
+        executor: Executor = client.get_executor(pure=False)
+        try:
+            yield executor
+        except BaseException:
+            executor.shutdown(wait=False)
+            raise
+
+
+def call_with_cores(threads: int, work: Callable[..., Result], *given: Any) -> Result:
+    """What a worker is asked for: ``work(*given)`` in that many threads."""
+    use_cores(threads)
+    return work(*given)
+
+
+def _as_ours(error: BaseException) -> FaceZipError:
+    if isinstance(error, FaceZipError):
+        return error
+    if type(error).__name__ == "KilledWorker":
+        return worker_lost()
+    return FaceZipError(ErrorCode.BAD_VALUE, f"unexpected {type(error).__name__}: {error}; please report it")

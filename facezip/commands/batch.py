@@ -1,0 +1,135 @@
+"""``facezip batch``: many characters on the processes of this machine or on a cluster."""
+
+import json
+from collections import Counter
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
+from dataclasses import replace
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import click
+
+from facezip.batch import finished
+from facezip.batch.jobs import Job, find_jobs
+from facezip.batch.workers import crew
+from facezip.commands import options
+from facezip.commands.compress import FIT, GOALS, check_together, compress_into, fit_options, given, misregistered
+from facezip.commands.options import megabytes
+from facezip.errors import ErrorCode, ExitCode, FaceZipError
+from facezip.writing import alone, write_whole
+
+FORMAT = "facezip-batch/1"
+FILE_NAME = "batch.json"
+
+
+@click.command("batch")
+@click.argument("characters", type=options.FOLDER, nargs=-1, required=True, metavar="CHARACTER...")
+@click.option("-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder for the packs.")
+@fit_options
+@options.worker_options
+@options.as_json
+@click.pass_context
+def command(
+    context: click.Context,
+    /,
+    characters: tuple[Path, ...],
+    output: Path,
+    workers: int | None,
+    scheduler: str | None,
+    as_json: bool,
+    **settings: Any,
+) -> int:
+    """Compress every CHARACTER into DIR/NAME.facezip, the same bytes that `facezip compress` writes.
+
+    A CHARACTER is a folder of scans or a .glb file, a folder of such, or a list .toml of them with settings of their
+    own. Started again, it does only what is missing: a pack stays if it is intact and its scans and settings have not
+    changed. A character that fails stops no other and is named at the end. Without --workers, there is one a core.
+    """
+    begin = perf_counter()
+    jobs = [_resolved(context, job, settings) for job in find_jobs(characters)]
+    with crew(workers, scheduler, len(jobs)) as hands, _batch_folder(output):
+        tasks = {job.name: (job.character.absolute(), output.absolute(), job.name, job.settings) for job in jobs}
+        outcomes = hands.outcomes(compress_unless_finished, tasks, "Compressing characters")
+        entries = [_entry(job, output, outcomes[job.name]) for job in jobs]
+        document = {"format": FORMAT, "output": str(output), "characters": entries, **_counts(entries)}
+        document["seconds"] = round(perf_counter() - begin, 3)
+        write_whole(output / FILE_NAME, json.dumps(document, indent=1, allow_nan=False).encode())
+    errors = {name: outcome for name, outcome in outcomes.items() if isinstance(outcome, FaceZipError)}
+    options.answer(document, as_json, lambda: _lines(document))
+    for entry in document["characters"]:
+        if entry.get("misregistered"):
+            click.echo(misregistered(entry["character"], entry["misregistered"]), err=True)
+    for name, error in errors.items():
+        click.echo(f"facezip: {name}: {error}", err=True)
+    return max((error.exit_code for error in errors.values()), default=ExitCode.DONE)
+
+
+def compress_unless_finished(character: Path, folder: Path, name: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """One task: the document of ``facezip compress``, and whether the pack was ``made`` now or ``kept``."""
+    pack = folder / f"{name}.facezip"
+    digest = finished.digest_of(character, settings)
+    document = finished.find(pack, digest)
+    if document is not None:
+        return {"status": "kept", **document}
+    document = compress_into(character, pack, settings, overwrite=True)
+    finished.keep(pack, digest, document)
+    return {"status": "made", **document}
+
+
+def _resolved(context: click.Context, job: Job, settings: Mapping[str, Any]) -> Job:
+    """The job with a value for every setting: of the command line, else of its list, else the default."""
+    known = {option.name: option for option in context.command.params if option.name in (*FIT, *GOALS)}
+    unknown = [name for name in job.settings if name not in known]
+    if unknown:
+        raise FaceZipError(
+            ErrorCode.BAD_VALUE, f"{job.name}: '{unknown[0]}' is no setting; there are name, path, {', '.join(known)}"
+        )
+    listed = {name: known[name].type_cast_value(context, value) for name, value in job.settings.items()}
+    on_line = given(context) & {*known}
+    whole = {**settings, **listed, **{name: settings[name] for name in on_line}}
+    check_together(on_line | {*listed}, whole)
+    return replace(job, settings=whole)
+
+
+def _batch_folder(output: Path) -> AbstractContextManager[None]:
+    """Hold the folder of a batch against other runs; one that anything else has made is left alone."""
+    if output.exists() and not (output / FILE_NAME).is_file() and not (output.is_dir() and not any(output.iterdir())):
+        raise FaceZipError(
+            ErrorCode.CANNOT_WRITE, f"{output}: exists and is not of a batch; choose another name or an empty folder"
+        )
+    if not (output / FILE_NAME).is_file():
+        try:
+            output.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            reason = f"cannot write ({error.strerror}); check space and rights"
+            raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{output}: {reason}") from None
+        write_whole(output / FILE_NAME, json.dumps({"format": FORMAT, "characters": []}).encode())
+    return alone(output, output)
+
+
+def _entry(job: Job, output: Path, outcome: dict[str, Any] | FaceZipError) -> dict[str, Any]:
+    about = {"name": job.name, "character": str(job.character)}
+    if isinstance(outcome, FaceZipError):
+        return {**about, "status": "failed", "error": {"code": str(outcome.code), "message": str(outcome)}}
+    return {**outcome, **about, "pack": str(output / f"{job.name}.facezip")}
+
+
+def _counts(entries: list[dict[str, Any]]) -> dict[str, Any]:
+    status = Counter(entry["status"] for entry in entries)
+    failed = [entry["name"] for entry in entries if entry["status"] == "failed"]
+    return {"made": status["made"], "kept": status["kept"], "failed": failed}
+
+
+def _lines(document: Mapping[str, Any]) -> list[str]:
+    width = max(len(entry["name"]) for entry in document["characters"])
+    lines = [f"{'':{width}}  status    RMSE   seconds    on GPU"]
+    for entry in document["characters"]:
+        row = f"{entry['name']:{width}}  {entry['status']:6}"
+        if entry["status"] != "failed":
+            row += f"  {entry['rmse']:6.2f}  {entry['seconds']:8.1f}  {megabytes(entry['bytes_on_gpu']):>9}"
+        lines.append(row)
+    failed = f", {len(document['failed'])} failed" if document["failed"] else ""
+    done = f"{document['made']} made, {document['kept']} kept{failed}"
+    return [*lines, f"{document['output']}: {done}, {document['seconds']:.1f} s"]

@@ -1,0 +1,187 @@
+"""``facezip bench batch``: a dask cluster beside the process pool, and what a killed worker costs."""
+
+import logging
+import os
+import signal
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from threading import Event, Thread
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from facezip.batch.workers import Crew, crew
+from facezip.character import save_character
+from facezip.commands import options
+from facezip.commands.batch import compress_unless_finished
+from facezip.commands.compress import compress_into, fit_options
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.machine import conditions
+from facezip.pack import verify_pack
+from facezip.progress import track
+
+if TYPE_CHECKING:
+    from distributed import LocalCluster
+
+# How often the killer looks whether half of the packs are there.
+INTERVAL = 0.01
+
+
+@click.command("batch")
+@click.option("--characters", type=click.IntRange(min=2), default=12, show_default=True, metavar="N")
+@click.option("--resolution", type=click.IntRange(64, 8192), default=1024, show_default=True, metavar="TEXELS")
+@click.option("--expressions", type=click.IntRange(min=2), default=8, show_default=True, metavar="N")
+@click.option("--workers", type=click.IntRange(min=1), default=2, show_default=True, metavar="N")
+@options.as_json
+def command(characters: int, resolution: int, expressions: int, workers: int, as_json: bool) -> None:
+    """Compress the same embedded characters one by one, by the process pool, and by a local dask cluster.
+
+    Pool and cluster have as many workers, of one thread each, and their times include the start of their processes.
+    Processor time, unlike wall time, hardly depends on what else the machine does.
+    A second run of the cluster has one worker killed with SIGKILL once half of the packs are there. Every pack of
+    every run is verified and compared, byte for byte, with that of the run one by one.
+    """
+    with TemporaryDirectory(prefix="facezip-bench-") as place:
+        work = Path(place)
+        document = _measured(work, _made(work / "scans", characters, resolution, expressions, workers), workers)
+    document["conditions"] = {
+        **conditions(("facezip", "numpy", "numba", "distributed")),
+        "character": "embedded, one seed each",
+        "characters": characters,
+        "resolution": [resolution, resolution],
+        "expressions": expressions,
+        "workers": workers,
+        "threads_per_worker": 1,
+        "serial": "in one process, all cores",
+        "killed": "SIGKILL to one worker once half of the packs are finished",
+    }
+    options.answer(document, as_json, lambda: _lines(document))
+
+
+def make_scans(folder: Path, resolution: int, expressions: int, seed: int) -> None:
+    """One task: an embedded character with this seed, saved to ``folder``."""
+    from scenes.character import make_character
+
+    save_character(make_character(resolution, expressions, seed), folder)
+
+
+def _made(place: Path, characters: int, resolution: int, expressions: int, workers: int) -> list[Path]:
+    folders = {f"seed_{seed}": place / f"seed_{seed}" for seed in range(characters)}
+    tasks = {name: (folder, resolution, expressions, seed) for seed, (name, folder) in enumerate(folders.items())}
+    with crew(workers, None, characters) as hands:
+        _or_raise(hands.outcomes(make_scans, tasks, "Making characters"))
+    return list(folders.values())
+
+
+def _measured(work: Path, scans: list[Path], workers: int) -> dict[str, Any]:
+    defaults = click.Command("defaults")
+    fit_options(defaults)
+    settings = defaults.make_context("defaults", []).params
+    seconds: dict[str, float] = {}
+    with _clocked(seconds, "serial"):
+        for folder in track(scans, "One by one", len(scans)):
+            compress_into(folder, work / "serial" / f"{folder.name}.facezip", settings, overwrite=False)
+    with _clocked(seconds, "pool"), crew(workers, None, len(scans)) as hands:
+        _compress(replace(hands, threads=1), scans, work / "pool", settings)
+    with _clocked(seconds, "dask"), _cluster(workers) as cluster, crew(None, cluster.scheduler_address, 1) as hands:
+        _compress(hands, scans, work / "dask", settings)
+    with (
+        _clocked(seconds, "killed"),
+        _cluster(workers) as cluster,
+        crew(None, cluster.scheduler_address, 1) as hands,
+        _killing(cluster, work / "killed", len(scans) // 2) as killed,
+    ):
+        _compress(hands, scans, work / "killed", settings)
+    same = {run: _equal(work / run, work / "serial", scans) for run in ("pool", "dask", "killed")}
+    return {
+        **{name: round(value, 3) for name, value in seconds.items()},
+        "overhead": round(seconds["dask_s"] / seconds["pool_s"] - 1, 4),
+        "overhead_cpu": round(seconds["dask_cpu_s"] / seconds["pool_cpu_s"] - 1, 4),
+        "workers_killed": len(killed),
+        "identical": same,
+    }
+
+
+@contextmanager
+def _clocked(seconds: dict[str, float], name: str) -> Iterator[None]:
+    """Wall time, and processor time of this process and of those that it has started and seen end."""
+    before = os.times()
+    yield
+    spent = [after - earlier for after, earlier in zip(os.times(), before, strict=True)]
+    seconds |= {f"{name}_s": spent[-1], f"{name}_cpu_s": sum(spent[:-1])}
+
+
+def _compress(hands: Crew, scans: list[Path], output: Path, settings: Mapping[str, Any]) -> None:
+    output.mkdir()
+    tasks = {folder.name: (folder, output, folder.name, settings) for folder in scans}
+    _or_raise(hands.outcomes(compress_unless_finished, tasks, output.name.capitalize()))
+
+
+def _or_raise(outcomes: Mapping[str, object]) -> None:
+    for outcome in outcomes.values():
+        if isinstance(outcome, FaceZipError):
+            raise outcome
+
+
+@contextmanager
+def _cluster(workers: int) -> Iterator["LocalCluster"]:
+    try:
+        from distributed import LocalCluster
+    except ImportError:
+        raise FaceZipError(
+            ErrorCode.NO_SCHEDULER, "bench batch: dask is not installed; pip install 'facezip[cluster]'"
+        ) from None
+    quiet = {"dashboard_address": None, "silence_logs": logging.CRITICAL}
+    with LocalCluster(n_workers=workers, threads_per_worker=1, host="127.0.0.1", **quiet) as cluster:
+        yield cluster
+
+
+@contextmanager
+def _killing(cluster: "LocalCluster", output: Path, after: int) -> Iterator[list[int]]:
+    """Kill one worker once ``after`` packs are finished; yields the list of those killed."""
+    killed: list[int] = []
+    over = Event()
+
+    def watch() -> None:
+        while not over.wait(INTERVAL):
+            if len(list(output.glob("*.json"))) >= after:
+                killed.append(next(iter(cluster.workers.values())).pid)
+                os.kill(killed[0], signal.SIGKILL)
+                return
+
+    killer = Thread(target=watch)
+    killer.start()
+    try:
+        yield killed
+    finally:
+        over.set()
+        killer.join()
+
+
+def _equal(output: Path, serial: Path, scans: list[Path]) -> int:
+    """How many packs verify and have the bytes of the serial run's."""
+    return sum(_same_pack(output / f"{folder.name}.facezip", serial / f"{folder.name}.facezip") for folder in scans)
+
+
+def _same_pack(one: Path, other: Path) -> bool:
+    verify_pack(one)
+    names = sorted(path.name for path in other.iterdir())
+    alike = names == sorted(path.name for path in one.iterdir())
+    return alike and all((one / name).read_bytes() == (other / name).read_bytes() for name in names)
+
+
+def _lines(document: Mapping[str, Any]) -> list[str]:
+    about, same = document["conditions"], document["identical"]
+    count = about["characters"]
+    return [
+        f"{count} characters of {about['resolution'][0]}², {about['expressions']} expressions each, "
+        f"{about['workers']} workers of one thread",
+        f"  one by one       {document['serial_s']:8.2f} s  ({about['serial']})",
+        f"  process pool     {document['pool_s']:8.2f} s  {same['pool']} of {count} packs as one by one",
+        f"  dask             {document['dask_s']:8.2f} s  {same['dask']} of {count}; overhead "
+        f"{document['overhead']:+.1%}, of processor time {document['overhead_cpu']:+.1%}",
+        f"  a worker killed  {document['killed_s']:8.2f} s  {same['killed']} of {count}",
+    ]

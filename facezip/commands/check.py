@@ -1,0 +1,103 @@
+"""``facezip check``: is every expression registered to the neutral, before time is spent on compressing it."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import click
+
+from facezip.alignment import THRESHOLD, Alignment, alignments
+from facezip.character import Character, load_character, save_character
+from facezip.commands import options
+from facezip.errors import ExitCode
+from facezip.registration import register
+from facezip.writing import whole_folder
+
+FORMAT = "facezip-alignment/1"
+FILE_NAME, SHEET = "alignment.json", "alignment.png"
+
+
+@click.command("check")
+@click.argument("character", type=options.FOLDER)
+@click.option("-o", "--output", type=options.FOLDER, metavar="DIR", help="Folder for the pictures and the numbers.")
+@click.option(
+    "--register", "corrected", type=options.FOLDER, metavar="FOLDER", help="Write CHARACTER with its textures moved."
+)
+@options.overwrite
+@options.as_json
+def command(character: Path, output: Path | None, corrected: Path | None, overwrite: bool, as_json: bool) -> int:
+    """Measure how far every expression's texture of CHARACTER lies off the neutral's, in texels.
+
+    One number an expression, where it is worst, and with -o a contact sheet of heat maps, DIR/alignment.png. The exit
+    code is 7 where an expression is off by more than a texel of a 512 x 512 texture, unless --register moves it back.
+    """
+    begin = perf_counter()
+    scans = load_character(character)
+    found = alignments(scans)
+    document = {"format": FORMAT, "character": scans.facts, **_numbers(found)}
+    if corrected is not None:
+        document["register"] = _register(scans, found, corrected)
+    document["seconds"] = round(perf_counter() - begin, 3)
+    if output is not None:
+        _write(output, overwrite, document, scans, found)
+        document["picture"] = str(output / SHEET)
+    options.answer(document, as_json, lambda: _lines(document))
+    return ExitCode.DIFFERENCE if document["misregistered"] and corrected is None else ExitCode.DONE
+
+
+def _numbers(found: Mapping[str, Alignment]) -> dict[str, Any]:
+    first = next(iter(found.values()))
+    return {
+        "threshold": THRESHOLD * first.unit,
+        "expressions": {name: _number(alignment) for name, alignment in found.items()},
+        "misregistered": [name for name, alignment in found.items() if not alignment.registered],
+    }
+
+
+def _number(alignment: Alignment) -> dict[str, Any]:
+    texels, u, v = alignment.worst
+    return {
+        "rms": round(alignment.rms, 3),
+        "worst": round(texels, 3),
+        "worst_uv": [round(u, 3), round(v, 3)],
+        "known": round(alignment.known, 3),
+    }
+
+
+def _register(scans: Character, found: Mapping[str, Alignment], folder: Path) -> dict[str, Any]:
+    moved_scans, moved = register(scans, found)
+    save_character(moved_scans, folder)
+    after = alignments(moved_scans, moved) if moved else {}
+    rms = {name: round(one.rms, 3) for name, one in after.items()}
+    return {"output": str(folder), "moved": list(moved), "rms": rms}
+
+
+def _write(
+    output: Path, overwrite: bool, document: Mapping[str, Any], scans: Character, found: Mapping[str, Alignment]
+) -> None:
+    from reports.alignment import write_contact_sheet
+
+    with whole_folder(output, overwrite, lambda folder: (folder / FILE_NAME).is_file()) as folder:
+        write_contact_sheet(folder / SHEET, scans, found)
+        (folder / FILE_NAME).write_text(json.dumps(document, indent=1, allow_nan=False))
+
+
+def _lines(document: Mapping[str, Any]) -> list[str]:
+    found, wrong = document["expressions"], document["misregistered"]
+    width = max(map(len, found))
+    lines = [f"{'texels off the neutral':{max(width + 2, 22)}}     rms   worst   at u, v"]
+    for name, one in sorted(found.items(), key=lambda pair: -pair[1]["rms"]):
+        after = document.get("register", {}).get("rms", {}).get(name)
+        moved = "" if after is None else f"  registered: {after:.2f}"
+        mark = "  <-- misregistered" if name in wrong else ""
+        place = ", ".join(f"{value:.2f}" for value in one["worst_uv"])
+        numbers = (
+            f"{one['rms']:6.2f}  {one['worst']:6.2f}   {place}" if one["known"] else "too little in common to tell"
+        )
+        lines.append(f"  {name:{max(width, 20)}}  {numbers}{moved}{mark}")
+    said = f"{len(wrong)} of {len(found)} off by more than {document['threshold']:g}" if wrong else "all registered"
+    lines.append(f"{document['character']['name']}: {said}, {document['seconds']:.1f} s")
+    lines += [f"  {document['register']['output']}: corrected"] if "register" in document else []
+    return [*lines, *([f"  open {document['picture']}"] if "picture" in document else [])]

@@ -1,0 +1,84 @@
+"""The contact sheet of ``facezip check``: every expression's texture, and where it lies off the neutral's."""
+
+from collections.abc import Mapping
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from facezip.alignment import GRID, SURE, THRESHOLD, Alignment
+from facezip.character import Character
+from facezip.writing import write_whole
+
+COLOUR_MAP, INK, PAPER, ALARM = "inferno", "#e8e6e3", "#18191b", "#ff8a5c"
+# Of one picture on the sheet, in inches and in texels.
+PANEL, TEXELS = 2.2, 256
+# One arrow for so many cells each way.
+ARROWS = 2
+
+
+def write_contact_sheet(path: Path, character: Character, found: Mapping[str, Alignment]) -> None:
+    """Write a PNG: a heat map of the displacement's length over every texture, arrows, and one scale for all.
+
+    The worst expression comes first. Where nothing is known there is neither colour nor arrow.
+
+    Raises
+    ------
+    FaceZipError
+        ``CANNOT_WRITE``.
+    """
+    found = dict(sorted(found.items(), key=lambda pair: -pair[1].rms))
+    columns = min(len(found), 7 if len(found) > 8 else 4)
+    rows = -(-len(found) // columns)
+    threshold = THRESHOLD * next(iter(found.values())).unit
+    limit = _limit(found, threshold)
+    figure = Figure(figsize=(columns * PANEL + 0.3, rows * (PANEL + 0.28) + 1.0), facecolor=PAPER, dpi=110)
+    axes = figure.subplots(rows, columns, squeeze=False)
+    for axis in axes.flat:
+        axis.set_axis_off()
+    for axis, (name, alignment) in zip(axes.flat, found.items(), strict=False):
+        heat = _panel(axis, character, name, alignment, limit)
+    height = figure.get_figheight()
+    figure.subplots_adjust(0.01, 0.8 / height, 0.99, 1 - 0.3 / height, 0.03, 0.13)
+    bar = figure.colorbar(heat, cax=figure.add_axes((0.2, 0.5 / height, 0.6, 0.1 / height)), orientation="horizontal")
+    bar.set_label(f"displacement in texels; an expression off by more than {threshold:g} (rms) is named", color=INK)
+    bar.ax.tick_params(colors=INK)
+    bar.outline.set_edgecolor(INK)
+    content = BytesIO()
+    figure.savefig(content, format="png", facecolor=PAPER, metadata={"Software": None})
+    write_whole(path, content.getvalue())
+
+
+def _panel(axis: Axes, character: Character, name: str, alignment: Alignment, limit: float) -> Any:
+    over: dict[str, Any] = {"extent": (0, GRID, GRID, 0), "interpolation": "bilinear", "vmin": 0}
+    axis.imshow(_backdrop(character, name), cmap="gray", vmax=1, **over)
+    # What is registered does not hide the skin.
+    opacity = 0.85 * alignment.confidence * np.clip(alignment.length / (THRESHOLD * alignment.unit), 0, 1)
+    heat = axis.imshow(alignment.length, cmap=COLOUR_MAP, vmax=limit, alpha=opacity, **over)
+    some = slice(ARROWS // 2, None, ARROWS)
+    rows, columns = np.mgrid[some.start : GRID : ARROWS, some.start : GRID : ARROWS]
+    sure = alignment.confidence[some, some] > SURE
+    across, down = np.moveaxis(alignment.displacement[some, some], 2, 0)
+    axis.quiver(
+        columns[sure] + 0.5, rows[sure] + 0.5, across[sure], down[sure],
+        angles="xy", scale_units="xy", scale=limit / (1.5 * ARROWS), width=0.006, color=INK,
+    )  # fmt: skip
+    colour = INK if alignment.registered else ALARM
+    axis.set_title(f"{name}  {alignment.rms:.2f}", color=colour, fontsize=9, pad=3)
+    return heat
+
+
+def _backdrop(character: Character, name: str) -> NDArray[np.float32]:
+    step = max(max(character.resolution) // TEXELS, 1)
+    grey: NDArray[np.float32] = 0.8 * character.texture(name)[::step, ::step].mean(axis=2)
+    return grey
+
+
+def _limit(found: Mapping[str, Alignment], threshold: float) -> float:
+    """The end of the scale, in texels: a power of two that the worst just fits, twice the threshold at least."""
+    worst = max([2 * threshold, *(alignment.worst[0] for alignment in found.values())])
+    return float(2 ** np.ceil(np.log2(worst)))
