@@ -8,16 +8,18 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from facezip.character import Character, load_character
+from facezip.character import Character
 from facezip.choice import choose
 from facezip.commands import options
 from facezip.commands.facts import pack_facts
+from facezip.commands.layered import compress_layered, layered_lines, parse_map_weights
 from facezip.commands.options import megabytes
 from facezip.manifest import read_manifest
 from facezip.measure import mean_rmse, model_errors
 from facezip.methods import METHODS, compress
 from facezip.model import CompressedTextures
 from facezip.pack import read_pack, write_pack
+from facezip.surface.folder import load_surface
 from facezip.textures import read_values
 
 
@@ -32,6 +34,10 @@ from facezip.textures import read_values
 @click.option("--target-rmse", type=float, metavar="X", help="Choose R and S: least memory with at most this error.")
 @click.option("--budget-mb", type=float, metavar="X", help="Choose R and S: least error in this GPU memory.")
 @click.option("--importance", type=options.FOLDER, metavar="FILE", help="Image: how much a texel's error counts.")
+@click.option(
+    "--map-weight", "map_weights", multiple=True, metavar="MAP=W", help="How much a map counts.  [default: 1]"
+)
+@click.option("--float", "keep_floats", is_flag=True, help="Keep floats outside 0..1, with their range.")
 @click.option("--masks", default=53, show_default=True, metavar="K", help="Masks on the face (paper).")
 @click.option("--restarts", default=100, show_default=True, metavar="N", help="Random starts of the stitching (paper).")
 @click.option("--seed", default=0, show_default=True, metavar="S")
@@ -46,6 +52,8 @@ def command(
     target_rmse: float | None,
     budget_mb: float | None,
     importance: Path | None,
+    map_weights: tuple[str, ...],
+    keep_floats: bool,
     overwrite: bool,
     as_json: bool,
     **settings: Any,
@@ -53,12 +61,23 @@ def command(
     """Compress the expression textures of CHARACTER into a pack.
 
     CHARACTER is a folder with neutral.obj and neutral.png, and NAME.obj and NAME.png per expression (EXR, TIFF and
-    16-bit PNG too). A mask.png in it limits the face region and the error.
+    16-bit PNG too). A mask.png in it limits the face region and the error. NAME.normal.png, NAME.roughness.png,
+    NAME.specular.png and NAME.cavity.png beside them share the weight maps; NAME.1001.png … are UDIM tiles.
     """
     choosing = target_rmse is not None or budget_mb is not None
     _check_together(context, choosing, settings["method"], importance)
     start = perf_counter()
-    scans = load_character(character)
+    surface = load_surface(character, keep_floats=keep_floats)
+    if not surface.ordinary:
+        if choosing or importance:
+            raise click.UsageError("--target-rmse, --budget-mb and --importance are for one albedo on one tile")
+        document = compress_layered(surface, output, overwrite, parse_map_weights(map_weights), settings)
+        document["seconds"] = round(perf_counter() - start, 3)
+        options.answer(document, as_json, lambda: layered_lines(document))
+        return
+    if map_weights:
+        raise click.UsageError(f"--map-weight: {character} has no map but its albedo")
+    scans = surface.whole
     weights = None if importance is None else read_values(importance)
     choice = None
     if choosing:

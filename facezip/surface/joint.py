@@ -25,7 +25,6 @@ from facezip.paircosts import pair_costs
 from facezip.refine import as_stored, fit_weights, fitted
 from facezip.samples import BESIDE_THE_FACE, Samples, samples_of, thinned
 from facezip.stitching import Stitching, search, unpermuted
-from facezip.surface.maps import ALBEDO
 from facezip.surface.model import CompressedSurface
 from facezip.surface.neutrals import as_packed
 from facezip.surface.scans import Surface
@@ -52,7 +51,7 @@ def compress_surface(
     ----------
     surface : the scans.
     method, differences, weight_scale, masks, restarts, seed : as of :func:`facezip.compress`; weight maps are
-        ``weight_scale`` times smaller than the albedo.
+        ``weight_scale`` times smaller than the first map.
     map_weights : how much a map counts, > 0. With 1, the default, the expressions' differences of each map count alike
         in sum, whatever its units, channels and size.
 
@@ -75,7 +74,7 @@ def compress_surface(
 
 
 def _map_weights(surface: Surface, given: dict[str, float]) -> dict[str, float]:
-    """The factor of each map's squared error: the albedo's is what is given for it, 1 if nothing is."""
+    """The factor of each map's squared error: the first one's is what is given for it, 1 if nothing is."""
     names = [kind.name for kind in surface.maps]
     for name, weight in given.items():
         if name not in names:
@@ -83,9 +82,9 @@ def _map_weights(surface: Surface, given: dict[str, float]) -> dict[str, float]:
         if not 0 < weight <= 1e6:
             raise FaceZipError(ErrorCode.BAD_VALUE, f"weight {weight} of map '{name}': must lie within 0 and 1e6")
     if len(names) == 1:
-        return {ALBEDO: 1.0}
+        return {names[0]: 1.0}
     energy = {name: sum(_energy(part) for part in surface.of_map(name)) for name in names}
-    unit = energy[ALBEDO] or 1.0
+    unit = energy[names[0]] or 1.0
     return {name: given.get(name, 1.0) * unit / (energy[name] or unit) for name in names}
 
 
@@ -149,7 +148,8 @@ def _stitched(
     labels = cluster_fragments(total(lambda key: masked_gram(surface.parts[key], masks[key])), clusters, settings.seed)
     stitching = choose(total(lambda key: pair_costs(surface.parts[key], masks[key], labels, clusters)))
     shares, alpha = cluster_shares(labels, stitching.permutation)
-    shared = {tile: weight_maps(masks[ALBEDO, tile], alpha, settings.weight_scale) for tile in surface.tiles}
+    first = surface.maps[0].name
+    shared = {tile: weight_maps(masks[first, tile], alpha, settings.weight_scale) for tile in surface.tiles}
     return {
         key: CompressedTextures(
             part.texture("neutral"), difference_textures(part, masks[key], shares), shared[key[1]],

@@ -6,8 +6,9 @@ from typing import Any
 
 from facezip.footprint import SLOTS_PER_LAYER, Footprint
 from facezip.manifest import LAYERED, VERSION, Manifest, StoredFile, Versions, frozen, signed, with_files
-from facezip.surface.maps import MapKind
+from facezip.surface.maps import ALBEDO, MapKind
 from facezip.surface.model import SurfaceFootprint
+from facezip.surface.scans import FIRST_TILE
 
 
 @dataclass(frozen=True)
@@ -137,6 +138,18 @@ class SurfaceManifest:
 
 
 AnyManifest = Manifest | SurfaceManifest
+
+
+def neutral_bits_of(manifest: AnyManifest) -> dict[tuple[str, int], int]:
+    """By map and tile, the bits a channel that textures are written with again: 8, or what a map of 16 bits had."""
+    if isinstance(manifest, Manifest):
+        # Version 1 has always been decompressed to 8 bits.
+        return {(ALBEDO, FIRST_TILE): 8}
+    return {
+        (kind.name, tile.number): texture.neutral_bits
+        for tile in manifest.tiles
+        for kind, texture in zip(manifest.maps, tile.textures, strict=True)
+    }
 
 
 def _tile(entry: dict[str, Any]) -> StoredTile:

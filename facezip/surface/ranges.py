@@ -18,7 +18,7 @@ from facezip.ranges import (
     stored_checks,
 )
 from facezip.surface.manifest import StoredMap, StoredTexture, StoredTile, SurfaceManifest
-from facezip.surface.maps import ALBEDO, ENCODINGS, MAX_RANGE, is_map_name
+from facezip.surface.maps import ENCODINGS, MAX_RANGE, is_map_name
 from facezip.surface.scans import FIRST_TILE, LAST_TILE
 
 MAX_MAPS = 16
@@ -45,7 +45,7 @@ def _checks(m: SurfaceManifest) -> Checks:
     for kind in m.maps:
         yield from _map_checks(kind)
     names = [kind.name for kind in m.maps]
-    yield "maps", names[0] == ALBEDO and len({*names}) == len(names)
+    yield "maps", len({*names}) == len(names)
     yield "tiles", is_list(m.tiles, 1, MAX_TILES)
     for tile in m.tiles:
         yield "number", is_count(tile.number, FIRST_TILE, LAST_TILE)
@@ -80,8 +80,8 @@ def _tile_checks(tile: StoredTile, maps: tuple[StoredMap, ...], slots: int, coun
     yield "textures", is_list(tile.textures, len(maps), len(maps))
     for kind, texture in zip(maps, tile.textures, strict=True):
         yield from _texture_checks(texture, kind, slots)
-    albedo = tile.textures[0].size
-    yield "weight_size", all(low <= high for low, high in zip(tile.weight_size, albedo, strict=True))
+    first = tile.textures[0].size
+    yield "weight_size", all(low <= high for low, high in zip(tile.weight_size, first, strict=True))
 
 
 def _texture_checks(texture: StoredTexture, kind: StoredMap, slots: int) -> Checks:

@@ -84,7 +84,7 @@ def _raise(
                 groove, ridge = folds(p, f, spacing, texel, seed)
             pressed, stretched = max(-f[1], 0.0), max(f[1], 0.0)
             grain = (1 + 0.8 * pressed) / (1 + 1.5 * stretched)
-            height[j, i] = grain * _grain(x, y, z, texel, seed) + depth * spacing * (0.03 * ridge - 0.10 * groove)
+            height[j, i] = grain * _grain(x, y, z, texel, seed) + depth * spacing * (0.05 * ridge - 0.16 * groove)
             value = _oil(x, y, z, texel, seed) + 0.10 * depth * groove + 0.06 * pressed - 0.14 * min(stretched, 1.0)
             roughness[j, i, 0] = min(max(value, 0.1), 0.9)
 
@@ -92,7 +92,7 @@ def _raise(
 @njit(cache=True, nogil=True)
 def _grain(x: float, y: float, z: float, texel: float, seed: int) -> float:
     """Pores, grain and creases of the lips, in cm."""
-    total = 0.008 * fractal(x, y, z, 0.34, 3, texel, seed + 51)
+    total = 0.010 * fractal(x, y, z, 0.34, 3, texel, seed + 51)
     size = 0.105 + 0.03 * bump(x, y, 1.8, -2.6, 2.2, 1.6)
     visible = smooth(0.9 * texel, 2.2 * texel, size)
     if visible > 0:
