@@ -19,10 +19,14 @@ from render.metrics import UNITS
 from render.paired import Images, upload
 from render.settings import Settings
 from render.shots import Shot, Studio, looks, repeat_of
+from render.skins import SkinMaps, upload_skin
 from render.store import RENDERS, ShotStore, digest_of
 from render.summary import summarise
 
 FORMAT = "facezip-validation/1"
+
+
+Texture = NDArray[np.float32] | SkinMaps
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,13 +36,13 @@ class Candidate:
     Attributes
     ----------
     name : of the pack or character.
-    texture : gives ``(H, W, C)`` float32 in [0, 1], encoded, for an expression or ``"neutral"``.
+    texture : gives ``(H, W, C)`` float32 in [0, 1], encoded, for an expression or ``"neutral"``; or all maps of a skin.
     facts : ``method``, ``bytes_on_gpu``, ``bytes_on_disk``, ``bytes_raw``, ``fetches``, ``texture_rmse`` and
         ``texture_rmse_per_expression``.
     """
 
     name: str
-    texture: Callable[[str], NDArray[np.float32]]
+    texture: Callable[[str], Texture]
     facts: dict[str, Any]
 
 
@@ -48,12 +52,14 @@ def validate(
     folder: Path,
     settings: Settings | None = None,
     earlier: Path | None = None,
+    original: Callable[[str], Texture] | None = None,
 ) -> dict[str, Any]:
     """Render the character with its own and each candidate's textures, and measure every difference.
 
     Writes ``folder/renders/EXPRESSION.VIEW.LIGHT.exr``, a part ``original`` and one a candidate, and its measurements
     beside it. Shots found there, or in the report ``earlier``, are not rendered again if nothing that made them
-    changed.
+    changed. ``original`` gives the character's own textures, where they are more than its albedo; every candidate's
+    are then of the same kind.
 
     Returns
     -------
@@ -70,7 +76,8 @@ def validate(
     begin = perf_counter()
     conditions = _conditions(character, settings, start())
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        run = _Run(character, candidates, settings, ShotStore(folder, earlier), conditions, pool)
+        store = ShotStore(folder, earlier)
+        run = _Run(character, original or character.texture, candidates, settings, store, conditions, pool)
         renders, floors = run.renders(), run.floors()
         run.finish()
     for render in renders:
@@ -97,6 +104,7 @@ class _Run:
     def __init__(
         self,
         character: Character,
+        original: Callable[[str], Texture],
         candidates: list[Candidate],
         settings: Settings,
         store: ShotStore,
@@ -105,6 +113,7 @@ class _Run:
     ) -> None:
         self.rendered, self.seconds = 0, {"render": 0.0, "metrics": 0.0}
         self._character, self._candidates, self._settings = character, candidates, settings
+        self._original = original
         self._store, self._conditions, self._pool = store, conditions, pool
         self._studio: Studio | None = None
         self._writing: list[Future[None]] = []
@@ -114,7 +123,7 @@ class _Run:
         with task("Rendering", len(names) * len(views)) as advance:
             found = []
             for name in names:
-                textures = [self._character.texture(name), *(candidate.texture(name) for candidate in self._candidates)]
+                textures = [self._original(name), *(candidate.texture(name) for candidate in self._candidates)]
                 for measured in self._shots([Shot(name, *look) for look in views], textures):
                     found.append(measured)
                     advance()
@@ -122,7 +131,7 @@ class _Run:
 
     def floors(self) -> dict[tuple[str, str], dict[str, Any]]:
         """By view and light: every metric of the original neutral against itself with other random numbers."""
-        textures = [self._character.texture(NEUTRAL)]
+        textures = [self._original(NEUTRAL)]
         inputs, posed, floors = self._inputs(NEUTRAL, textures), None, {}
         for shot in (repeat_of(*look) for look in looks(self._settings)):
             name, digest = f"{shot.view.name}.{shot.light}.floor", self._digest(shot, inputs)
@@ -142,7 +151,7 @@ class _Run:
         if self._studio:
             self.seconds = self._studio.seconds
 
-    def _shots(self, shots: list[Shot], textures: list[NDArray[np.float32]]) -> Iterator[dict[str, Any]]:
+    def _shots(self, shots: list[Shot], textures: list[Texture]) -> Iterator[dict[str, Any]]:
         inputs, posed = self._inputs(shots[0].expression, textures), None
         for shot in shots:
             digest = self._digest(shot, inputs)
@@ -155,16 +164,20 @@ class _Run:
                 self.rendered += 1
             yield measured
 
-    def _posed(self, name: str, textures: list[NDArray[np.float32]]) -> tuple[Studio, list[Any]]:
+    def _posed(self, name: str, textures: list[Texture]) -> tuple[Studio, list[Any]]:
         if self._studio is None:
             self._studio = Studio(self._character, self._settings, self._pool)
         self._studio.pose(self._character.mesh_vertices(name))
-        return self._studio, [upload(texture) for texture in textures]
+        return self._studio, [self._uploaded(texture) for texture in textures]
 
-    def _inputs(self, name: str, textures: list[NDArray[np.float32]]) -> str:
+    def _uploaded(self, texture: Texture) -> Any:
+        return upload_skin(texture, self._settings.material) if isinstance(texture, SkinMaps) else upload(texture)
+
+    def _inputs(self, name: str, textures: list[Texture]) -> str:
         topology, character = self._character.topology, self._character
         meshes = character.neutral_vertices, character.mesh_vertices(name)
-        return digest_of({}, (topology.faces, topology.uv, topology.face_uv, *meshes, *textures))
+        arrays = [part for one in textures for part in (one.arrays if isinstance(one, SkinMaps) else (one,))]
+        return digest_of({}, (topology.faces, topology.uv, topology.face_uv, *meshes, *arrays))
 
     def _digest(self, shot: Shot, inputs: str) -> str:
         # Other views, lights and expressions do not change this one.

@@ -1,18 +1,22 @@
 """``facezip validate``: path-traced proof, a character against packs of it."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from facezip.character import Character, load_character
+from facezip.character import Character
 from facezip.commands import options
 from facezip.commands.candidates import candidate
+from facezip.commands.layered import error_words
+from facezip.commands.staged import staged_candidate, staged_character, staged_original
+from facezip.surface.folder import load_surface
 from facezip.writing import resumable_folder
 
 if TYPE_CHECKING:
     from render.settings import Settings
-    from render.validation import Candidate
+    from render.validation import Candidate, Texture
 
 REPORT_FILE = "report.json"
 
@@ -46,15 +50,22 @@ def command(
     Both sides are shaded on the same light paths, so that the difference is the compression's alone. In the place of
     a PACK stands, if you like, a second CHARACTER: textures that another tool made are judged the same way.
 
+    Normal and roughness maps are rendered too, and UDIM tiles.
+
     A run that is broken off goes on where it was when it is started again. With --overwrite, renders of the report
     that is there are kept where nothing that made them has changed.
     """
     from render.settings import read_settings
 
     settings = read_settings(config, {key: value for key, value in given.items() if value is not None})
-    scans = load_character(character)
-    candidates = [candidate(scans, path) for path in packs]
-    document = _validate_into(scans, candidates, output, overwrite, settings)
+    surface = load_surface(character)
+    if surface.ordinary:
+        scans, original = surface.whole, None
+        candidates = [candidate(scans, path) for path in packs]
+    else:
+        scans, original = staged_character(surface), staged_original(surface)
+        candidates = [staged_candidate(surface, path) for path in packs]
+    document = _validate_into(scans, candidates, output, overwrite, settings, original)
     options.answer(document, as_json, lambda: _lines(document, output))
 
 
@@ -64,6 +75,7 @@ def _validate_into(
     output: Path,
     overwrite: bool,
     settings: "Settings",
+    original: "Callable[[str], Texture] | None",
 ) -> dict[str, Any]:
     """Render, measure and report into the folder ``output``; returns the report's document."""
     from render.validation import validate
@@ -71,7 +83,7 @@ def _validate_into(
 
     earlier = output if output.is_dir() else None
     with resumable_folder(output, overwrite, lambda folder: (folder / REPORT_FILE).is_file()) as folder:
-        document = validate(scans, candidates, folder, settings, earlier)
+        document = validate(scans, candidates, folder, settings, earlier, original)
         write_validation_report(document, folder)
     return document
 
@@ -84,6 +96,7 @@ def _lines(document: dict[str, Any], output: Path) -> list[str]:
             f"  texture RMSE {pack['texture_rmse']:.2f}, image RMSE {pack['image_rmse']:.2f} of 255 "
             f"(noise floor {pack['noise_floor']:.2f}), dE2000 p95 {pack['delta_e_p95']:.2f}, FLIP {pack['flip']:.4f}, "
             f"SSIM {pack['ssim']:.4f}",
+            *(f"  {name:<10} {error_words(found)}" for name, found in pack.get("map_errors", {}).items()),
         ]
     count, rendered, seconds = len(document["renders"]), document["rendered"], document["seconds"]
     taken = f", {count - rendered} taken over" if rendered < count else ""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from facezip.footprint import Footprint
 from facezip.model import CompressedTextures, Meshes
 from facezip.surface.maps import ALBEDO, KNOWN, MapKind
-from facezip.surface.scans import FIRST_TILE
+from facezip.surface.scans import FIRST_TILE, Surface
 
 
 @dataclass(frozen=True)
@@ -22,6 +22,17 @@ class SurfaceFootprint:
     """
 
     tiles: tuple[tuple[Footprint, ...], ...]
+
+    @classmethod
+    def of_scans(cls, surface: Surface) -> "SurfaceFootprint":
+        """What the uncompressed maps would cost."""
+        count = len(surface.whole.expressions)
+        return cls(
+            tuple(
+                tuple(Footprint(part.resolution, part.neutral.shape[2], 0, count, (1, 1)) for part in surface.on(tile))
+                for tile in surface.tiles
+            )
+        )
 
     @property
     def bytes_on_gpu(self) -> int:
