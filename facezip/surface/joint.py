@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.baselines import combined, difference_gram, principal_weights
+from facezip.baselines import combined, principal_weights
 from facezip.beam import beam_search
 from facezip.character import Character
 from facezip.errors import ErrorCode, FaceZipError
@@ -23,6 +23,7 @@ from facezip.methods import METHODS, PAPER_DIFFERENCES, Settings
 from facezip.model import CompressedTextures, Meshes
 from facezip.paircosts import pair_costs
 from facezip.refine import as_stored, fit_weights, fitted
+from facezip.rows import sum_rows
 from facezip.samples import BESIDE_THE_FACE, Samples, samples_of, thinned
 from facezip.stitching import Stitching, search, unpermuted
 from facezip.surface.model import CompressedSurface
@@ -89,9 +90,16 @@ def _map_weights(surface: Surface, given: dict[str, float]) -> dict[str, float]:
 
 
 def _energy(part: Character) -> float:
-    """Σ_n Σ_p m(p) ‖D_n(p)‖², of one texel in sixteen, times what they stand for."""
-    step = 4 if min(part.resolution) >= 64 else 1
-    return step**2 * float(np.trace(difference_gram(thinned(samples_of(part), step))))
+    """Σ_n Σ_p m(p) ‖D_n(p)‖²."""
+    samples = samples_of(part)
+
+    def block(top: int, bottom: int) -> NDArray[np.float64]:
+        neutral = samples.neutral[top:bottom].astype(np.float32)
+        gaps = (samples.scale * (texture[top:bottom].astype(np.float32) - neutral) for texture in samples.textures)
+        squares = sum(np.einsum("hwc,hwc->hw", gap, gap) for gap in gaps)
+        return np.vdot(samples.importance[top:bottom], squares).astype(np.float64)
+
+    return float(sum_rows(block, len(samples.neutral)))
 
 
 def _weighted(part: Character, weight: float, beside: float = 0) -> Samples:

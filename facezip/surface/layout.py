@@ -135,7 +135,7 @@ def _stated(folder: Path) -> Layout:
         found = {name: _stated_map(folder, name, dict(entry)) for name, entry in maps.items()}
         meshes = {name: file for (name, _), file in _matching(folder, patterns["meshes"]).items()}
         masks = {tile: file for (_, tile), file in _matching(folder, patterns["mask"]).items()}
-    except (ValueError, TypeError, RecursionError) as error:
+    except (ValueError, TypeError, AttributeError, RecursionError) as error:
         raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: {error}") from None
     for one in found.values():
         for name in {name for name, _ in one.files} - {*meshes}:

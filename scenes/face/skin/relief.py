@@ -73,7 +73,7 @@ def _raise(
             x, y, z = p
             row = row_of[j]
             if z > 4 and rows[0] - 0.4 < row < rows[1] + 0.4 and abs(abs(x) - EYE_X) < LID_HALF_WIDTH:
-                height[j, i], roughness[j, i, 0] = 0.0, 0.12
+                height[j, i], roughness[j, i, 0] = 0.0, 0.22
                 continue
             if z > 4 and rows[2] + 0.5 < row < rows[3] - 0.5 and abs(x) < MOUTH_HALF_WIDTH:
                 height[j, i], roughness[j, i, 0] = 0.0, 0.22
