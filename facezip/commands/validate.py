@@ -1,22 +1,21 @@
 """``facezip validate``: path-traced proof, a character against packs of it."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from facezip.character import Character
 from facezip.commands import options
 from facezip.commands.candidates import candidate
 from facezip.commands.layered import error_words
 from facezip.commands.staged import staged_candidate, staged_character, staged_original
 from facezip.surface.folder import load_surface
+from facezip.surface.scans import Surface
 from facezip.writing import resumable_folder
 
 if TYPE_CHECKING:
     from render.settings import Settings
-    from render.validation import Candidate, Texture
+    from render.validation import Candidate
 
 REPORT_FILE = "report.json"
 
@@ -60,30 +59,31 @@ def command(
     settings = read_settings(config, {key: value for key, value in given.items() if value is not None})
     surface = load_surface(character)
     if surface.ordinary:
-        scans, original = surface.whole, None
-        candidates = [candidate(scans, path) for path in packs]
+        candidates = [candidate(surface.whole, path) for path in packs]
     else:
-        scans, original = staged_character(surface), staged_original(surface)
         candidates = [staged_candidate(surface, path) for path in packs]
-    document = _validate_into(scans, candidates, output, overwrite, settings, original)
+    document = _validate_into(surface, candidates, output, overwrite, settings)
     options.answer(document, as_json, lambda: _lines(document, output))
 
 
 def _validate_into(
-    scans: Character,
+    surface: Surface,
     candidates: "list[Candidate]",
     output: Path,
     overwrite: bool,
     settings: "Settings",
-    original: "Callable[[str], Texture] | None",
 ) -> dict[str, Any]:
     """Render, measure and report into the folder ``output``; returns the report's document."""
     from render.validation import validate
     from reports.validation import write_validation_report
 
+    staged = not surface.ordinary
+    scans = staged_character(surface) if staged else surface.whole
+    original = staged_original(surface) if staged else None
     earlier = output if output.is_dir() else None
     with resumable_folder(output, overwrite, lambda folder: (folder / REPORT_FILE).is_file()) as folder:
         document = validate(scans, candidates, folder, settings, earlier, original)
+        document["character"] = surface.facts if staged else scans.facts
         write_validation_report(document, folder)
     return document
 

@@ -9,8 +9,7 @@ from tests.facezip.conftest import grid_topology
 FLAT = np.broadcast_to(np.array([0, 0, 1], np.float32), (16, 16, 3))
 
 
-@pytest.mark.parametrize("material", ["skin", "diffuse"])
-@pytest.mark.parametrize("transport", ["direct", "full"])
+@pytest.mark.parametrize(("material", "transport"), [("skin", "direct"), ("diffuse", "direct"), ("skin", "full")])
 def test_flat_normals_and_the_materials_roughness_give_the_image_of_the_albedo(head, texture, material, transport):
     vertices, topology = head
     renderer = PairedRenderer(topology, frame_of(vertices), ["studio"], material, 48, transport)
