@@ -20,20 +20,28 @@ from facezip.surface.sharing import compare_sharing
 @click.option("--resolution", type=click.IntRange(64, 4096), default=512, show_default=True, metavar="TEXELS")
 @click.option("--expressions", type=click.IntRange(min=2), default=20, show_default=True, metavar="N")
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="S")
+@click.option("--nuisances", type=click.FloatRange(0, 10), default=1.0, show_default=True, metavar="X", help="0: none.")
 @options.as_json
 @click.pass_context
 def command(
-    context: click.Context, character: Path | None, resolution: int, expressions: int, seed: int, as_json: bool
+    context: click.Context,
+    character: Path | None,
+    resolution: int,
+    expressions: int,
+    seed: int,
+    nuisances: float,
+    as_json: bool,
 ) -> None:
     """Show what it saves and costs that all maps of a character share their weight maps.
 
     Bytes at run time, texture fetches and the errors of each map, as packs store them: RMSE (0..255) of colours and
     data, degrees between normals, inside the mask.
     """
-    given = (context.get_parameter_source(name) for name in ("resolution", "expressions", "seed"))
+    given = (context.get_parameter_source(name) for name in ("resolution", "expressions", "seed", "nuisances"))
     if character and ParameterSource.COMMANDLINE in given:
-        raise click.UsageError("--resolution, --expressions and --seed are of the embedded character: leave those out")
-    surface = load_surface(character) if character else _embedded(resolution, expressions, seed)
+        reason = "--resolution, --expressions, --seed and --nuisances are of the embedded character: leave those out"
+        raise click.UsageError(reason)
+    surface = load_surface(character) if character else _embedded(resolution, expressions, seed, nuisances)
     document = {
         "maps": [kind.name for kind in surface.maps],
         "ways": compare_sharing(surface),
@@ -44,16 +52,17 @@ def command(
             "tiles": list(surface.tiles),
             "expressions": len(surface.whole.expressions),
             "seed": None if character else seed,
+            "nuisances": None if character else nuisances,
             "map_weights": "1 each: the differences of every map count alike in sum",
         },
     }
     options.answer(document, as_json, lambda: _lines(document))
 
 
-def _embedded(resolution: int, expressions: int, seed: int) -> Surface:
+def _embedded(resolution: int, expressions: int, seed: int, nuisances: float) -> Surface:
     from scenes.surface import make_surface
 
-    return make_surface(resolution, expressions, seed)
+    return make_surface(resolution, expressions, seed, nuisances)
 
 
 def _lines(document: Mapping[str, Any]) -> list[str]:
