@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from facezip.textures import decode_srgb
 from render.llvm import start
+from render.paired import upload
 from scenes.materials import MATERIALS, bumpy
 
 # What light meets besides the albedo; other maps of a character are compressed, but not rendered.
@@ -33,6 +34,14 @@ class SkinMaps:
     def arrays(self) -> tuple[NDArray[np.float32], ...]:
         """Those that there are."""
         return tuple(one for one in (self.albedo, self.normal, self.roughness) if one is not None)
+
+
+Texture = NDArray[np.float32] | SkinMaps
+
+
+def uploaded(texture: Texture, material: str) -> Any:
+    """An albedo ``(H, W, C)``, or a skin of a material, for the renderer."""
+    return upload_skin(texture, material) if isinstance(texture, SkinMaps) else upload(texture)
 
 
 def upload_skin(maps: SkinMaps, material: str) -> Any:

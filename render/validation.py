@@ -9,24 +9,20 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from facezip.character import NEUTRAL, Character, check_names
 from facezip.progress import task
 from render.flip import PIXELS_PER_DEGREE
 from render.llvm import start
 from render.metrics import UNITS
-from render.paired import Images, upload
+from render.paired import Images
 from render.settings import Settings
 from render.shots import Shot, Studio, looks, repeat_of
-from render.skins import SkinMaps, upload_skin
+from render.skins import SkinMaps, Texture, uploaded
 from render.store import RENDERS, ShotStore, digest_of
 from render.summary import summarise
 
 FORMAT = "facezip-validation/1"
-
-
-Texture = NDArray[np.float32] | SkinMaps
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,10 +164,7 @@ class _Run:
         if self._studio is None:
             self._studio = Studio(self._character, self._settings, self._pool)
         self._studio.pose(self._character.mesh_vertices(name))
-        return self._studio, [self._uploaded(texture) for texture in textures]
-
-    def _uploaded(self, texture: Texture) -> Any:
-        return upload_skin(texture, self._settings.material) if isinstance(texture, SkinMaps) else upload(texture)
+        return self._studio, [uploaded(texture, self._settings.material) for texture in textures]
 
     def _inputs(self, name: str, textures: list[Texture]) -> str:
         topology, character = self._character.topology, self._character

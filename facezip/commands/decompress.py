@@ -8,10 +8,10 @@ from facezip.commands import options
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.progress import track
 from facezip.surface.folder import file_name, write_map
-from facezip.surface.manifest import neutral_bits_of
+from facezip.surface.manifest import neutral_bits_of, read_any_manifest
 from facezip.surface.maps import MapKind
 from facezip.surface.model import CompressedSurface
-from facezip.surface.pack import read_any_manifest, read_surface
+from facezip.surface.pack import read_surface
 from facezip.writing import whole_folder
 
 BLEND_FILE = "blend"

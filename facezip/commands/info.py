@@ -8,7 +8,7 @@ import click
 from facezip.commands import options
 from facezip.commands.facts import pack_facts
 from facezip.commands.options import megabytes
-from facezip.surface.pack import read_any_manifest
+from facezip.surface.manifest import read_any_manifest
 
 
 @click.command("info")

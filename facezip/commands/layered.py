@@ -9,9 +9,10 @@ from facezip.commands.options import megabytes
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.surface.errors import surface_errors
 from facezip.surface.joint import compress_surface
+from facezip.surface.manifest import read_any_manifest
 from facezip.surface.maps import ALBEDO
 from facezip.surface.model import CompressedSurface
-from facezip.surface.pack import read_any_manifest, read_surface, write_surface
+from facezip.surface.pack import read_surface, write_surface
 from facezip.surface.scans import Surface
 
 

@@ -15,13 +15,16 @@ from facezip.pack import is_pack
 from facezip.surface.atlas import Atlas
 from facezip.surface.errors import surface_errors, texture_surface_errors
 from facezip.surface.folder import load_surface
+from facezip.surface.footprint import SurfaceFootprint
+from facezip.surface.manifest import read_any_manifest
 from facezip.surface.maps import ALBEDO, MapKind
-from facezip.surface.model import CompressedSurface, SurfaceFootprint
-from facezip.surface.pack import read_any_manifest, read_surface
+from facezip.surface.model import CompressedSurface
+from facezip.surface.pack import read_surface
 from facezip.surface.scans import Surface
 
 if TYPE_CHECKING:
-    from render.validation import Candidate, Texture
+    from render.skins import Texture
+    from render.validation import Candidate
 
 # Gives a map on a tile for an expression: values, as of MapKind.
 Values = Callable[[MapKind, int, str], NDArray[np.float32]]

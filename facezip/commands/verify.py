@@ -5,7 +5,8 @@ from pathlib import Path
 import click
 
 from facezip.commands import options
-from facezip.surface.pack import read_any_manifest, read_surface
+from facezip.surface.manifest import read_any_manifest
+from facezip.surface.pack import read_surface
 
 
 @click.command("verify")

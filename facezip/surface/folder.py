@@ -58,7 +58,7 @@ def load_surface(path: str | Path, *, keep_floats: bool = False, maps: tuple[str
     """
     path = Path(path)
     with reading(path):
-        if not is_layered(path) and not keep_floats:
+        if path.suffix.lower() == ".glb" or not (keep_floats or is_layered(path)):
             return Surface.of(load_character(path))
         layout = read_layout(path)
         if maps is not None:

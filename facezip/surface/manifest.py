@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any
 
 from facezip.footprint import SLOTS_PER_LAYER, Footprint
-from facezip.manifest import LAYERED, VERSION, Manifest, StoredFile, Versions, frozen, signed, with_files
+from facezip.manifest import LAYERED, VERSION, Manifest, StoredFile, Versions, frozen, read_version, signed, with_files
+from facezip.surface.footprint import SurfaceFootprint
 from facezip.surface.maps import ALBEDO, MapKind
-from facezip.surface.model import SurfaceFootprint
 from facezip.surface.scans import FIRST_TILE
 
 
@@ -167,3 +168,8 @@ def versions() -> Versions[AnyManifest]:
 
     layered: Mapping[str, Any] = {LAYERED: (SurfaceManifest.of_document, first_out_of_range)}
     return {**VERSION, **layered}
+
+
+def read_any_manifest(folder: Path) -> AnyManifest:
+    """The manifest of a pack of any version; as :func:`facezip.manifest.read_manifest`."""
+    return read_version(folder, versions())

@@ -111,11 +111,6 @@ def verify_surface(path: str | Path) -> AnyManifest:
     return verify_version(Path(path), versions())
 
 
-def read_any_manifest(folder: Path) -> AnyManifest:
-    """The manifest of a pack of any version; as :func:`facezip.manifest.read_manifest`."""
-    return manifests.read_version(folder, versions())
-
-
 def _write_tile(model: CompressedSurface, tile: int, bits: Mapping[tuple[str, int], int], folder: Path) -> StoredTile:
     maps = {kind: quantise(model.parts[kind.name, tile]) for kind in model.maps}
     first = next(iter(maps.values()))

@@ -19,8 +19,9 @@ from facezip import (
     write_surface,
 )
 from facezip.manifest import FILE_NAME
+from facezip.surface.manifest import read_any_manifest
 from facezip.surface.maps import angles
-from facezip.surface.pack import read_any_manifest, verify_surface
+from facezip.surface.pack import verify_surface
 from facezip.textures import read_texture_exactly
 from tests.facezip.conftest import random_character
 from tests.facezip.surface.conftest import random_surface
