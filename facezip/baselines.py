@@ -1,5 +1,7 @@
 """What a user would pick instead: principal components with the neutral as mean (the paper's baseline)."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -16,7 +18,11 @@ def principal_components(character: Character, count: int) -> CompressedTextures
 
     Errors count inside the character's mask. The weights are one number a texture and expression, ``(N, 1, 1, k)``.
     """
-    weights = principal_weights(samples_of(character), count)
+    return combined(character, principal_weights([samples_of(character)], count))
+
+
+def combined(character: Character, weights: NDArray[np.float32]) -> CompressedTextures:
+    """The textures that orthonormal uniform weights ``(N, k)`` make of a character's differences."""
     return CompressedTextures(
         neutral=character.texture("neutral"),
         differences=combine_differences(character, weights.T),
@@ -26,9 +32,12 @@ def principal_components(character: Character, count: int) -> CompressedTextures
     )
 
 
-def principal_weights(samples: Samples, count: int) -> NDArray[np.float32]:
-    """Weights ``(N, k)`` of the ``count`` leading components: orthonormal columns, the most important first."""
-    _, vectors = np.linalg.eigh(difference_gram(samples))
+def principal_weights(maps: Sequence[Samples], count: int) -> NDArray[np.float32]:
+    """Weights ``(N, k)`` of the ``count`` leading components: orthonormal columns, the most important first.
+
+    Several maps, or tiles, have their components together: Gram matrices add.
+    """
+    _, vectors = np.linalg.eigh(sum(difference_gram(samples) for samples in maps))
     leading = vectors[:, ::-1][:, :count].astype(np.float32)
     # The sign of an eigenvector is free: make its largest entry positive, so that every machine agrees.
     signs: NDArray[np.float32] = np.sign(leading[np.abs(leading).argmax(axis=0), np.arange(leading.shape[1])])

@@ -96,7 +96,8 @@ def load_character(path: str | Path) -> Character:
     """Read a character folder: ``neutral.obj`` with its texture, and the same pair per expression; or one ``.glb``.
 
     Expressions come in the order of their names. Textures are PNG, TIFF, JPEG or OpenEXR, found by the mesh's name;
-    ``mask.png`` (any of these formats), where present, limits the face region.
+    ``mask.png`` (any of these formats), where present, limits the face region. Of a character with more maps than that
+    albedo (:func:`facezip.load_surface`), they are left out.
 
     Raises
     ------
@@ -107,10 +108,25 @@ def load_character(path: str | Path) -> Character:
     path = Path(path)
     with reading(path):
         if path.suffix.lower() != ".glb":
-            return _load_folder(path)
+            from facezip.surface.layout import is_layered
+
+            return _albedo_alone(path) if is_layered(path) else _load_folder(path)
         from facezip.gltf_character import load_glb
 
         return load_glb(path)
+
+
+def _albedo_alone(folder: Path) -> Character:
+    from facezip.surface.folder import load_surface
+
+    surface = load_surface(folder, maps=("albedo",))
+    if len(surface.tiles) > 1:
+        raise FaceZipError(
+            ErrorCode.BAD_CHARACTER,
+            f"{folder}: {len(surface.tiles)} UDIM tiles; compress, decompress, info, verify and validate take them, "
+            "this takes one: give it a folder of one tile",
+        )
+    return surface.whole
 
 
 def _load_folder(folder: Path) -> Character:
@@ -123,7 +139,7 @@ def _load_folder(folder: Path) -> Character:
     textures: Texels = np.empty((len(names), *neutral.shape), neutral.dtype)
 
     def read(n: int) -> None:
-        vertices[n] = _vertices_like(folder, names[n], neutral_vertices, topology)
+        vertices[n] = vertices_like(folder / f"{names[n]}.obj", neutral_vertices, topology)
         textures[n] = _texture_like(folder, names[n], neutral)
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
@@ -215,8 +231,8 @@ def texture_path(folder: Path, name: str) -> Path:
     return found[0] if found else folder / f"{name}.png"
 
 
-def _vertices_like(folder: Path, name: str, neutral: NDArray[np.float32], topology: Topology) -> NDArray[np.float32]:
-    path = folder / f"{name}.obj"
+def vertices_like(path: Path, neutral: NDArray[np.float32], topology: Topology) -> NDArray[np.float32]:
+    """The vertices ``(V, 3)`` of a mesh, if it has the neutral's topology and UV layout."""
     vertices, other = read_obj(path)
     if len(vertices) != len(neutral) or not np.array_equal(other.faces, topology.faces):
         difference = f"{len(vertices)} vertices and {len(other.faces)} triangles"

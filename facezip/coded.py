@@ -43,7 +43,7 @@ def fit_coded(
     neutral = storage.neutral(character.texture("neutral"))
     samples = replace(samples, neutral=_as_stored(neutral, samples))
     slots = min(differences, len(character.expressions))
-    weights = _mixed(fit_weights(samples, slots, weight_scale, SMOOTHNESS))
+    weights = _mixed(fit_weights([samples], slots, weight_scale, SMOOTHNESS))
     for slot in range(slots):
         weights[:, slot] = storage.weights(weights[:, slot])
     textures = np.zeros((slots, *neutral.shape), np.float32)

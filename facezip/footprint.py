@@ -37,8 +37,12 @@ class Footprint:
     @property
     def bytes_on_gpu(self) -> int:
         """Bytes of all maps at 8 bits a channel: 15·R² + 4·N·(R/8)² in the paper's notation for size and N."""
-        weights = self.expressions * self.weight_size[0] * self.weight_size[1] * SLOTS_PER_LAYER * self.layers
-        return (1 + self.differences) * self._texture + weights
+        return (1 + self.differences) * self._texture + self.weight_bytes
+
+    @property
+    def weight_bytes(self) -> int:
+        """What of :attr:`bytes_on_gpu` is weight maps."""
+        return self.expressions * self.weight_size[0] * self.weight_size[1] * SLOTS_PER_LAYER * self.layers
 
     @property
     def bytes_raw(self) -> int:

@@ -4,16 +4,22 @@ import hashlib
 import json
 import math
 import re
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.footprint import Footprint
 from facezip.ranges import first_out_of_range
 from facezip.reading import reading
 
+if TYPE_CHECKING:
+    from facezip.surface.manifest import AnyManifest
+
 FORMAT = "facezip-pack/1"
+# Several maps or tiles: facezip.surface.manifest.
+LAYERED = "facezip-pack/2"
 FILE_NAME = "manifest.json"
 # A parsed list takes up to 30 times its text.
 MAX_BYTES = 2 * 2**20
@@ -79,30 +85,48 @@ class Manifest:
 
     def to_bytes(self) -> bytes:
         """The file's content; its first field is the SHA-256 of all its bytes with that field's digits set to 0."""
-        document = {"sha256": "0" * 64, "format": FORMAT, **asdict(self)}
-        blank = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False).encode() + b"\n"
-        return blank.replace(b"0" * 64, hashlib.sha256(blank).hexdigest().encode(), 1)
+        return signed(FORMAT, asdict(self))
+
+
+Kind = TypeVar("Kind", bound="AnyManifest")
+# By the format that a file states: its fields as a manifest, and the first of them that is out of range.
+Versions = Mapping[str, tuple[Callable[[dict[str, Any]], Kind], Callable[[Kind], str | None]]]
+
+
+def signed(format_: str, document: dict[str, Any]) -> bytes:
+    """A manifest's content: its format and fields behind the SHA-256 of all its bytes with those digits set to 0."""
+    whole = {"sha256": "0" * 64, "format": format_, **document}
+    blank = json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False).encode() + b"\n"
+    return blank.replace(b"0" * 64, hashlib.sha256(blank).hexdigest().encode(), 1)
 
 
 def read_manifest(folder: Path) -> Manifest:
-    """Read and check ``manifest.json``.
+    """Read and check ``manifest.json`` of a pack of one albedo.
 
     Raises
     ------
     FaceZipError
         ``MISSING_FILE`` without such a folder, ``DAMAGED_PACK`` where a byte is not as it was written, ``OTHER_FORMAT``
-        for a version that this program does not read, ``BAD_PACK`` where there is no manifest or a field is outside
+        for a version that this function does not read, ``BAD_PACK`` where there is no manifest or a field is outside
         its range, ``CANNOT_READ``.
     """
+    return read_version(folder, VERSION)
+
+
+def read_version(folder: Path, versions: Versions[Kind]) -> Kind:
+    """Read and check ``manifest.json`` of one of some versions; raises as :func:`read_manifest`."""
     path = folder / FILE_NAME
     with reading(folder):
         content = _content(folder, path)
     _check_own_checksum(folder, content)
     try:
-        manifest = _from_document(folder, _parsed(content))
+        document = _parsed(content)
+        build, first_out = _version(folder, versions, document.pop("format"))
+        del document["sha256"]
+        manifest = build(document)
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise bad_pack(folder, f"{FILE_NAME} is not valid ({error})") from None
-    wrong = first_out_of_range(manifest)
+    wrong = first_out(manifest)
     if wrong:
         raise bad_pack(folder, f"'{wrong}' in {FILE_NAME} is out of range")
     return manifest if manifest.name else replace(manifest, name=folder.resolve().stem)
@@ -171,20 +195,34 @@ def _number(text: str) -> float:
     return number
 
 
-def _from_document(folder: Path, document: dict[str, Any]) -> Manifest:
-    stated = document.pop("format")
-    if stated != FORMAT:
-        raise FaceZipError(
-            ErrorCode.OTHER_FORMAT,
-            f"{folder}: its format is '{stated}', this program reads '{FORMAT}'; update facezip",
-        )
-    del document["sha256"]
-    odd = {*document} ^ {each.name for each in fields(Manifest)}
+def _version(folder: Path, versions: Versions[Kind], stated: Any) -> Any:
+    if stated in versions:
+        return versions[stated]
+    if stated == LAYERED:
+        reason = "holds several maps or tiles; compress, decompress, info, verify and validate take it, this takes one"
+        raise FaceZipError(ErrorCode.OTHER_FORMAT, f"{folder}: {reason} albedo on one tile")
+    raise FaceZipError(
+        ErrorCode.OTHER_FORMAT,
+        f"{folder}: its format is '{stated}', this program reads '{FORMAT}' and '{LAYERED}'; update facezip",
+    )
+
+
+def _from_document(document: dict[str, Any]) -> Manifest:
+    return Manifest(**with_files(document, Manifest))
+
+
+def with_files(document: dict[str, Any], kind: type[Any]) -> dict[str, Any]:
+    """The fields of a manifest, all of them and no others, with lists as tuples."""
+    odd = {*document} ^ {each.name for each in fields(kind)}
     if odd:
         raise ValueError(f"field '{min(odd)}' is {'unknown' if min(odd) in document else 'missing'}")
     files = {name: StoredFile(**entry) for name, entry in document.pop("files").items()}
-    return Manifest(files=files, **{key: _frozen(value) for key, value in document.items()})
+    return {"files": files, **{key: frozen(value) for key, value in document.items()}}
 
 
-def _frozen(value: Any) -> Any:
-    return tuple(_frozen(item) for item in value) if isinstance(value, list) else value
+def frozen(value: Any) -> Any:
+    """Lists of lists as tuples."""
+    return tuple(frozen(item) for item in value) if isinstance(value, list) else value
+
+
+VERSION: Versions[Manifest] = {FORMAT: (_from_document, first_out_of_range)}

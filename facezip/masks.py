@@ -1,5 +1,6 @@
 """Smooth masks on the face: Poisson-disk samples and biharmonic functions between them (paper §3.1, Figure 4)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,12 +82,28 @@ def compute_masks(character: Character, count: int, seed: int) -> Masks:
     FaceZipError
         ``TOO_MANY_MASKS``: the region has fewer distinct vertices than masks were asked for.
     """
-    raster = rasterise(character.topology, character.resolution)
-    region = face_region(character, raster)
-    samples = poisson_disk_samples(character.neutral_vertices, region, count, seed)
-    values = biharmonic(character.neutral_vertices, character.topology.faces, region, samples)
-    first, active = _active_masks(values, character.topology.faces)
-    return Masks(samples, values, raster.dilated(), first, active)
+    return compute_shared_masks([character], count, seed)[0]
+
+
+def compute_shared_masks(parts: Sequence[Character], count: int, seed: int) -> list[Masks]:
+    """``count`` masks on one face, seen by each of several texture tiles or sizes: continuous over tile borders.
+
+    Parameters
+    ----------
+    parts : share vertices and faces; each has its own place in UV, resolution and mask.
+
+    Raises
+    ------
+    FaceZipError
+        ``TOO_MANY_MASKS``, as :func:`compute_masks`.
+    """
+    whole = parts[0]
+    rasters = [rasterise(part.topology, part.resolution) for part in parts]
+    region = np.any([face_region(*part) for part in zip(parts, rasters, strict=True)], axis=0)
+    samples = poisson_disk_samples(whole.neutral_vertices, region, count, seed)
+    values = biharmonic(whole.neutral_vertices, whole.topology.faces, region, samples)
+    first, active = _active_masks(values, whole.topology.faces)
+    return [Masks(samples, values, raster.dilated(), first, active) for raster in rasters]
 
 
 def face_region(character: Character, raster: Raster) -> NDArray[np.bool_]:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,9 @@ from facezip.reading import reading
 from facezip.textures import Texels, read_texture_exactly, write_texture
 from facezip.verification import bytes_on_disk, is_pack, stored, verify_pack
 from facezip.writing import whole_folder
+
+if TYPE_CHECKING:
+    from facezip.surface.manifest import AnyManifest
 
 __all__ = ["NEUTRAL_FILE", "bytes_on_disk", "is_pack", "read_pack", "verify_pack", "write_pack"]
 
@@ -69,10 +72,11 @@ def write_pack(
     maps = quantise(model, neutral_bits)
     with whole_folder(path, overwrite, is_pack) as folder:
         columns = _write_maps(maps, folder)
-        _write_meshes(model.meshes, folder)
+        write_meshes(model.meshes, folder)
         files = {file.name: stored(file) for file in sorted(folder.iterdir())}
         manifest = _manifest(model, maps, name, columns, dict(made_with or {}), files)
-        (folder / manifests.FILE_NAME).write_bytes(_checked_bytes(path, manifest))
+        wrong = first_out_of_range(manifest)
+        (folder / manifests.FILE_NAME).write_bytes(checked_bytes(path, b"" if wrong else manifest.to_bytes(), wrong))
 
 
 def read_pack(path: str | Path) -> CompressedTextures:
@@ -85,9 +89,13 @@ def read_pack(path: str | Path) -> CompressedTextures:
         Nothing is read from a pack that fails verification.
     """
     folder = Path(path)
-    manifest = verify_pack(folder)
-    with reading(folder), _inside(folder):
-        meshes = _read_meshes(folder, manifest)
+    return read_verified(folder, verify_pack(folder))
+
+
+def read_verified(folder: Path, manifest: Manifest) -> CompressedTextures:
+    """Read a pack whose every byte was found to be as its manifest says; ``BAD_PACK`` as :func:`read_pack`."""
+    with reading(folder), inside(folder):
+        meshes = read_meshes(folder, manifest)
         return dequantise(_read_maps(folder, manifest), manifest.expressions, manifest.method, meshes)
 
 
@@ -105,7 +113,7 @@ def _read_maps(folder: Path, manifest: Manifest) -> QuantisedMaps:
 
 
 @contextmanager
-def _inside(folder: Path) -> Iterator[None]:
+def inside(folder: Path) -> Iterator[None]:
     """What is wrong with an image or mesh of a pack is wrong with the pack."""
     try:
         yield
@@ -113,10 +121,8 @@ def _inside(folder: Path) -> Iterator[None]:
         raise error if error.code is ErrorCode.BAD_PACK else bad_pack(folder, str(error)) from None
 
 
-def _checked_bytes(path: Path, manifest: Manifest) -> bytes:
-    """The manifest's bytes, if a reader will take them."""
-    wrong = first_out_of_range(manifest)
-    content = b"" if wrong else manifest.to_bytes()
+def checked_bytes(path: Path, content: bytes, wrong: str | None) -> bytes:
+    """A manifest's bytes, if a reader will take them; ``wrong`` is the first field that it would not."""
     if wrong or len(content) > manifests.MAX_BYTES:
         raise FaceZipError(
             ErrorCode.BAD_VALUE,
@@ -164,13 +170,13 @@ def _write_maps(maps: QuantisedMaps, folder: Path) -> int:
     if not maps.uniform:
         for first in range(0, maps.weights.shape[3], SLOTS_PER_LAYER):
             slots = maps.weights[..., first : first + SLOTS_PER_LAYER].astype(np.uint8)
-            images[f"weights_{first // SLOTS_PER_LAYER}.png" if first else "weights.png"] = _atlas(slots, columns)
+            images[f"weights_{first // SLOTS_PER_LAYER}.png" if first else "weights.png"] = atlas(slots, columns)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         list(pool.map(lambda file: write_texture(folder / file, images[file]), images))
     return columns
 
 
-def _atlas(slots: NDArray[np.uint8], columns: int) -> NDArray[np.uint8]:
+def atlas(slots: NDArray[np.uint8], columns: int) -> NDArray[np.uint8]:
     """``(N, h, w, ≤4)`` weight maps as one RGBA image, in expression order, row by row."""
     n, h, w, used = slots.shape
     rows = -(-n // columns)
@@ -182,20 +188,27 @@ def _atlas(slots: NDArray[np.uint8], columns: int) -> NDArray[np.uint8]:
 def _read_weights(folder: Path, manifest: Manifest) -> NDArray[np.uint8] | NDArray[np.float32]:
     if manifest.uniform_weights:
         return np.array(manifest.uniform_weights, np.float32)[:, None, None, :]
-    slots, n, columns = len(manifest.weight_scale), len(manifest.expressions), manifest.weight_columns
-    h, w = manifest.weight_size
-    layers = [_checked_image(folder, file, atlas_shape(manifest), "uint8") for file in weight_files(manifest)]
-    stacked = [layer.reshape(-1, h, columns, w, 4).swapaxes(1, 2).reshape(-1, h, w, 4)[:n] for layer in layers]
+    layers = [checked_image(folder, file, atlas_shape(manifest), "uint8") for file in weight_files(manifest)]
+    return from_atlas(layers, manifest.weight_size, len(manifest.expressions), len(manifest.weight_scale))
+
+
+def from_atlas(layers: list[Texels], size: tuple[int, int], count: int, slots: int) -> NDArray[np.uint8]:
+    """Weight maps ``(N, h, w, R)`` out of the atlas images of every four slots; inverse of :func:`atlas`."""
+    h, w = size
+    columns = layers[0].shape[1] // w
+    stacked = [layer.reshape(-1, h, columns, w, 4).swapaxes(1, 2).reshape(-1, h, w, 4)[:count] for layer in layers]
     return np.concatenate(stacked, axis=3)[..., :slots].astype(np.uint8)
 
 
-def _write_meshes(meshes: Meshes | None, folder: Path) -> None:
+def write_meshes(meshes: Meshes | None, folder: Path) -> None:
+    """Neutral and deltas, where there are meshes."""
     if meshes is not None:
         write_obj(folder / MESH_FILE, meshes.neutral, meshes.topology)
         (folder / DELTAS_FILE).write_bytes(meshes.deltas.astype("<f4").tobytes())
 
 
-def _read_meshes(folder: Path, manifest: Manifest) -> Meshes | None:
+def read_meshes(folder: Path, manifest: "AnyManifest") -> Meshes | None:
+    """What :func:`write_meshes` wrote; ``BAD_PACK`` where it is not as stated."""
     if manifest.vertices == 0:
         return None
     neutral, topology = read_obj(folder / MESH_FILE)
@@ -207,10 +220,11 @@ def _read_meshes(folder: Path, manifest: Manifest) -> Meshes | None:
 
 
 def _image(folder: Path, file: str, manifest: Manifest, dtype: str) -> Texels:
-    return _checked_image(folder, file, (*manifest.size, manifest.channels), dtype)
+    return checked_image(folder, file, (*manifest.size, manifest.channels), dtype)
 
 
-def _checked_image(folder: Path, file: str, shape: tuple[int, ...], dtype: str) -> Texels:
+def checked_image(folder: Path, file: str, shape: tuple[int, ...], dtype: str) -> Texels:
+    """An image of the shape and type that a manifest states, or ``BAD_PACK``."""
     texels = read_texture_exactly(folder / file, shape)
     if texels.dtype != dtype:
         raise bad_pack(folder, f"'{file}' holds {texels.dtype}, not {dtype}")

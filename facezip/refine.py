@@ -7,6 +7,8 @@ sparse system whose matrix all expressions share. PCA is the special case of con
 At the end the weights are rounded to what a pack stores, and the textures fitted, and rounded, to those.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,7 +20,7 @@ from facezip.quantise import STEPS, best_ranges, rounded_weights
 from facezip.rows import map_rows
 from facezip.samples import BESIDE_THE_FACE, Samples, samples_of, thinned
 from facezip.sweep import solve_textures, weight_system
-from facezip.weights import SMOOTHNESS, solve_weights
+from facezip.weights import SMOOTHNESS, WeightSystem, solve_weights
 
 # Many texels tell the weights in few alternations: that many texels are visited, in 4 to 16 alternations.
 TEXELS_VISITED = 2**24
@@ -44,8 +46,17 @@ def refine(
         ``SIZE_MISMATCH`` or ``BAD_TEXELS``: an importance that does not fit.
     """
     samples = samples_of(character, importance, BESIDE_THE_FACE)
-    weights = fit_weights(samples, min(differences, len(character.expressions)), weight_scale)
-    stored = rounded_weights(np.ascontiguousarray(weights.transpose(2, 0, 3, 1)))
+    weights = fit_weights([samples], min(differences, len(character.expressions)), weight_scale)
+    return fitted(character, samples, as_stored(weights))
+
+
+def as_stored(weights: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Weight maps ``(h, R, N, w)`` as a pack gives them back, ``(N, h, w, R)``."""
+    return rounded_weights(np.ascontiguousarray(weights.transpose(2, 0, 3, 1)))
+
+
+def fitted(character: Character, samples: Samples, stored: NDArray[np.float32]) -> CompressedTextures:
+    """The difference textures, rounded to what a pack stores, that fit best to stored weight maps ``(N, h, w, R)``."""
     weights = np.ascontiguousarray(stored.transpose(1, 3, 0, 2))
     ranges = best_ranges(solve_textures(samples, weights), samples.importance)
     return CompressedTextures(
@@ -58,16 +69,33 @@ def refine(
     )
 
 
-def fit_weights(samples: Samples, slots: int, weight_scale: int, smoothness: float = SMOOTHNESS) -> NDArray[np.float32]:
-    """Weight maps ``(h, R, N, w)`` of the refined fit, in floating point."""
-    height, width, _ = samples.neutral.shape
-    few = thinned(samples, weight_scale // 2)
-    weights = before = balanced_start(few, slots, (-(-height // weight_scale), -(-width // weight_scale)))
+def fit_weights(
+    maps: Sequence[Samples],
+    slots: int,
+    weight_scale: int,
+    smoothness: float = SMOOTHNESS,
+    components: NDArray[np.float32] | None = None,
+) -> NDArray[np.float32]:
+    """Weight maps ``(h, R, N, w)`` of the refined fit, in floating point, shared by several maps of one surface.
+
+    Parameters
+    ----------
+    maps : the texels of each map; the first one's size says how fine weights are. The error that is least is the sum
+        over maps, each weighted by its importance.
+    slots : R.
+    weight_scale : how many times smaller weight maps are.
+    smoothness : of the weights, as a part of the system's mean diagonal.
+    components : ``(N, R)`` uniform weights to start from; None for PCA's of these maps.
+    """
+    height, width, _ = maps[0].neutral.shape
+    few = [thinned(samples, weight_scale // 2) for samples in maps]
+    grid = -(-height // weight_scale), -(-width // weight_scale)
+    weights = before = balanced_start(few, principal_weights(few, slots) if components is None else components, grid)
     unit, best = 0.0, -np.inf
     count = min(max(TEXELS_VISITED // (height * width), 4), 16)
     for _ in track(range(count), "Refining", count):
         ahead = _extrapolated(weights, before)
-        system = weight_system(samples, ahead)
+        system = joint_system(maps, ahead)
         unit = unit or system.mean_diagonal
         before = weights
         weights, explained = solve_weights(system.regularised(unit, smoothness), ahead)
@@ -78,18 +106,33 @@ def fit_weights(samples: Samples, slots: int, weight_scale: int, smoothness: flo
     return weights
 
 
-def balanced_start(samples: Samples, slots: int, grid: tuple[int, int]) -> NDArray[np.float32]:
-    """PCA's weights ``(h, R, N, w)`` on a grid, in the gauge where W Wᵀ and D Dᵀ are alike at every place.
+def joint_system(
+    maps: Sequence[Samples], weights: NDArray[np.float32], textures: Sequence[NDArray[np.float32]] | None = None
+) -> WeightSystem:
+    """The equations of weight maps that several maps share: the sum of each one's (:func:`weight_system`)."""
+    total, *others = (
+        weight_system(samples, weights, textures[k] if textures else None) for k, samples in enumerate(maps)
+    )
+    for other in others:
+        total.matrix[:] += other.matrix
+        total.right[:] += other.right
+    return total
+
+
+def balanced_start(
+    maps: Sequence[Samples], components: NDArray[np.float32], grid: tuple[int, int]
+) -> NDArray[np.float32]:
+    """Uniform weights ``(N, R)`` on a grid, in the gauge where W Wᵀ and D Dᵀ are alike at every place.
 
     Any invertible mixture of the slots changes nothing in equation (1); in this one neither weights nor textures have
     large values where the other is small, so that both use the few steps of 8 bits well. The fit stays near it.
     """
-    components = principal_weights(samples, slots)
-    uniform = np.empty((grid[0], slots, len(components), grid[1]), np.float32)
+    count, slots = components.shape
+    uniform = np.empty((grid[0], slots, count, grid[1]), np.float32)
     uniform[:] = components.T[None, :, :, None]
-    ones = np.ones((slots, *samples.neutral.shape), np.float32)
-    energy = weight_system(samples, uniform).matrix[:, :, :, 4].transpose(0, 3, 1, 2)
-    texels = weight_system(samples, uniform, ones).matrix[:, 0, 0, 4]
+    ones = [np.ones((slots, *samples.neutral.shape), np.float32) for samples in maps]
+    energy = joint_system(maps, uniform).matrix[:, :, :, 4].transpose(0, 3, 1, 2)
+    texels = joint_system(maps, uniform, ones).matrix[:, 0, 0, 4]
     energy = energy / np.maximum(texels, 1e-3 * texels.max())[:, :, None, None]
     floor = 1e-3 * np.trace(energy, axis1=2, axis2=3).mean() / slots
     values, vectors = np.linalg.eigh(energy.astype(np.float64))

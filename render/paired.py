@@ -2,11 +2,12 @@
 
 Geometry, visibility and light do not depend on the texture. A path is traced once; the skin is affine in its albedo,
 so at each of its points each texture costs one lookup and one multiplication, and the differences between the images
-carry no noise but their own.
+carry no noise but their own. Skins that differ in their normals or their roughness as well are evaluated one by one,
+on the same paths.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -105,7 +106,7 @@ class PairedRenderer:
         self._head.move(self._parameters, vertices)
 
     def render(self, maps: Sequence[Any], view: View, rig: str, spp: int, seed: int) -> Images:
-        """Shade the posed head with each of K textures that :func:`upload` gave.
+        """Shade the posed head with each of K textures that :func:`upload` gave, or K skins of :mod:`render.skins`.
 
         The same seed gives the same bits, whatever K, the other textures, and the number of threads.
         """
@@ -187,20 +188,34 @@ class PairedRenderer:
             active = active & surface.is_valid()
             if point == 0:
                 covered = dr.select(active, 1.0, 0.0)
-            colours = [mi.Color3f(texture.eval(surface.uv, active)) for texture in maps]
+            respond = self._response(surface, maps, active)
             direction, arriving = self._lights[rig].sample(self._scene, surface, sampler.next_2d(active), active)
-            diffuse, specular = self._reflected(surface, surface.to_local(direction), arriving, active)
-            for k, colour in enumerate(colours):
-                radiance[k] += dr.select(active, throughput[k] * (colour * diffuse + specular), 0.0)
+            for k, reflected in enumerate(respond(surface.to_local(direction), arriving)):
+                radiance[k] += dr.select(active, throughput[k] * reflected, 0.0)
             if point + 1 == self._points:
                 break
             numbers = sampler.next_1d(active), sampler.next_2d(active)
             bounce, _ = self._grey.sample(mi.BSDFContext(), surface, *numbers, active)
             active = active & (bounce.pdf > 0)
-            diffuse, specular = self._reflected(surface, bounce.wo, dr.rcp(bounce.pdf), active)
-            throughput = [t * (colour * diffuse + specular) for t, colour in zip(throughput, colours, strict=True)]
+            passed = respond(bounce.wo, dr.rcp(bounce.pdf))
+            throughput = [t * part for t, part in zip(throughput, passed, strict=True)]
             ray = surface.spawn_ray(surface.to_world(bounce.wo))
         return radiance, covered
+
+    def _response(self, surface: Any, maps: Sequence[Any], active: Any) -> Callable[[Any, Any], list[Any]]:
+        """What each texture's skin makes of light along a local direction: of albedos all at once, else one by one."""
+        import mitsuba as mi
+
+        if any(isinstance(one, mi.BSDF) for one in maps):
+            context = mi.BSDFContext()
+            return lambda outgoing, light: [one.eval(context, surface, outgoing, active) * light for one in maps]
+        colours = [mi.Color3f(texture.eval(surface.uv, active)) for texture in maps]
+
+        def affine(outgoing: Any, light: Any) -> list[Any]:
+            diffuse, specular = self._reflected(surface, outgoing, light, active)
+            return [colour * diffuse + specular for colour in colours]
+
+        return affine
 
     def _reflected(self, surface: Any, outgoing: Any, arriving: Any, active: Any) -> tuple[Any, Any]:
         """What the skin makes of light along a local direction: albedo · the first + the second."""

@@ -10,16 +10,16 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from facezip.character import NEUTRAL, Character, check_names
 from facezip.progress import task
 from render.flip import PIXELS_PER_DEGREE
 from render.llvm import start
 from render.metrics import UNITS
-from render.paired import Images, upload
+from render.paired import Images
 from render.settings import Settings
 from render.shots import Shot, Studio, looks, repeat_of
+from render.skins import SkinMaps, Texture, uploaded
 from render.store import RENDERS, ShotStore, digest_of
 from render.summary import summarise
 
@@ -33,13 +33,13 @@ class Candidate:
     Attributes
     ----------
     name : of the pack or character.
-    texture : gives ``(H, W, C)`` float32 in [0, 1], encoded, for an expression or ``"neutral"``.
+    texture : gives ``(H, W, C)`` float32 in [0, 1], encoded, for an expression or ``"neutral"``; or all maps of a skin.
     facts : ``method``, ``bytes_on_gpu``, ``bytes_on_disk``, ``bytes_raw``, ``fetches``, ``texture_rmse`` and
         ``texture_rmse_per_expression``.
     """
 
     name: str
-    texture: Callable[[str], NDArray[np.float32]]
+    texture: Callable[[str], Texture]
     facts: dict[str, Any]
 
 
@@ -56,15 +56,21 @@ class Filler:
 
     Parameters
     ----------
-    character, candidates, folder, settings, earlier : as of :func:`validate`.
+    character, candidates, folder, settings, earlier, original : as of :func:`validate`.
     """
 
     def __init__(
-        self, character: Character, candidates: list[Candidate], folder: Path, settings: Settings, earlier: Path | None
+        self,
+        character: Character,
+        candidates: list[Candidate],
+        folder: Path,
+        settings: Settings,
+        earlier: Path | None = None,
+        original: Callable[[str], Texture] | None = None,
     ) -> None:
-        pool = ThreadPoolExecutor(os.cpu_count())
+        pool, store = ThreadPoolExecutor(os.cpu_count()), ShotStore(folder, earlier)
         conditions = _conditions(character, settings, start())
-        self._run = _Run(character, candidates, settings, ShotStore(folder, earlier), conditions, pool)
+        self._run = _Run(character, original or character.texture, candidates, settings, store, conditions, pool)
 
     def fill(self, name: str) -> Filled:
         """Every shot of an expression that is missing; with those of the neutral, the noise floors."""
@@ -84,14 +90,16 @@ def validate(
     folder: Path,
     settings: Settings | None = None,
     earlier: Path | None = None,
+    original: Callable[[str], Texture] | None = None,
     distribute: Callable[[Sequence[str]], Iterable[Filled]] = lambda _: (),
 ) -> dict[str, Any]:
     """Render the character with its own and each candidate's textures, and measure every difference.
 
     Writes ``folder/renders/EXPRESSION.VIEW.LIGHT.exr``, a part ``original`` and one a candidate, and its measurements
     beside it. Shots found there, or in the report ``earlier``, are not rendered again if nothing that made them
-    changed. ``distribute`` is given all names, the neutral's too, and may have any of them filled by a :class:`Filler`
-    elsewhere; what it leaves is rendered here.
+    changed. ``original`` gives the character's own textures, where they are more than its albedo; every candidate's
+    are then of the same kind. ``distribute`` is given all names, the neutral's too, and may have any of them filled by
+    a :class:`Filler` elsewhere; what it leaves is rendered here.
 
     Returns
     -------
@@ -109,7 +117,8 @@ def validate(
     conditions = _conditions(character, settings, start())
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         elsewhere = list(distribute((NEUTRAL, *character.expressions)))
-        run = _Run(character, candidates, settings, ShotStore(folder, earlier), conditions, pool)
+        store = ShotStore(folder, earlier)
+        run = _Run(character, original or character.texture, candidates, settings, store, conditions, pool)
         renders, floors = run.renders(), run.floors()
         run.finish()
     filled = [Filled(run.rendered, run.seconds), *elsewhere]
@@ -139,6 +148,7 @@ class _Run:
     def __init__(
         self,
         character: Character,
+        original: Callable[[str], Texture],
         candidates: list[Candidate],
         settings: Settings,
         store: ShotStore,
@@ -147,6 +157,7 @@ class _Run:
     ) -> None:
         self.rendered = 0
         self._character, self._candidates, self._settings = character, candidates, settings
+        self._original = original
         self._store, self._conditions, self._pool = store, conditions, pool
         self._studio: Studio | None = None
         self._writing: list[Future[None]] = []
@@ -165,12 +176,12 @@ class _Run:
         return found
 
     def expression(self, name: str) -> Iterator[dict[str, Any]]:
-        textures = [self._character.texture(name), *(candidate.texture(name) for candidate in self._candidates)]
+        textures = [self._original(name), *(candidate.texture(name) for candidate in self._candidates)]
         return self._shots([Shot(name, *look) for look in looks(self._settings)], textures)
 
     def floors(self) -> dict[tuple[str, str], dict[str, Any]]:
         """By view and light: every metric of the original neutral against itself with other random numbers."""
-        textures = [self._character.texture(NEUTRAL)]
+        textures = [self._original(NEUTRAL)]
         inputs, posed, floors = self._inputs(NEUTRAL, textures), None, {}
         for shot in (repeat_of(*look) for look in looks(self._settings)):
             name, digest = f"{shot.view.name}.{shot.light}.floor", self._digest(shot, inputs)
@@ -192,7 +203,7 @@ class _Run:
         self.settle()
         self._store.prune()
 
-    def _shots(self, shots: list[Shot], textures: list[NDArray[np.float32]]) -> Iterator[dict[str, Any]]:
+    def _shots(self, shots: list[Shot], textures: list[Texture]) -> Iterator[dict[str, Any]]:
         inputs, posed = self._inputs(shots[0].expression, textures), None
         for shot in shots:
             digest = self._digest(shot, inputs)
@@ -205,16 +216,17 @@ class _Run:
                 self.rendered += 1
             yield measured
 
-    def _posed(self, name: str, textures: list[NDArray[np.float32]]) -> tuple[Studio, list[Any]]:
+    def _posed(self, name: str, textures: list[Texture]) -> tuple[Studio, list[Any]]:
         if self._studio is None:
             self._studio = Studio(self._character, self._settings, self._pool)
         self._studio.pose(self._character.mesh_vertices(name))
-        return self._studio, [upload(texture) for texture in textures]
+        return self._studio, [uploaded(texture, self._settings.material) for texture in textures]
 
-    def _inputs(self, name: str, textures: list[NDArray[np.float32]]) -> str:
+    def _inputs(self, name: str, textures: list[Texture]) -> str:
         topology, character = self._character.topology, self._character
         meshes = character.neutral_vertices, character.mesh_vertices(name)
-        return digest_of({}, (topology.faces, topology.uv, topology.face_uv, *meshes, *textures))
+        arrays = [part for one in textures for part in (one.arrays if isinstance(one, SkinMaps) else (one,))]
+        return digest_of({}, (topology.faces, topology.uv, topology.face_uv, *meshes, *arrays))
 
     def _digest(self, shot: Shot, inputs: str) -> str:
         # Other views, lights and expressions do not change this one.

@@ -1,6 +1,7 @@
-"""The README's picture: expressions of a character, original above, compressed in the middle, their difference below.
+"""Pictures of documents: expressions of a character, original above, compressed in the middle, their difference below.
 
 python -m reports.portrait out/demo/character out/demo/character.facezip docs/portrait.webp
+python -m reports.portrait CHARACTER PACK docs/maps.webp side
 """
 
 import sys
@@ -11,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from facezip import load_character, read_pack
+from facezip import load_surface
+from facezip.commands.staged import staged_candidate, staged_character, staged_original
 from render.metrics import display
-from render.paired import PairedRenderer, upload
+from render.paired import PairedRenderer
+from render.skins import uploaded
 from scenes.cameras import View, frame_of
 
 EXPRESSIONS = ("brows_up", "smile", "anger", "jaw_open", "squeeze")
@@ -23,15 +26,15 @@ BACKDROP = 0.012
 FULL_SCALE = 8
 
 
-def portrait(character_folder: Path, pack: Path) -> NDArray[np.uint8]:
+def portrait(character_folder: Path, pack: Path, light: str = "studio") -> NDArray[np.uint8]:
     """``(3·SIDE, …, 3)``: one column an expression; differences in inferno, lightest at 8 of 255."""
-    character, model = load_character(character_folder), read_pack(pack)
-    renderer = PairedRenderer(character.topology, frame_of(character.neutral_vertices), ["studio"], "skin", SIDE)
+    surface = load_surface(character_folder)
+    character, sides = staged_character(surface), (staged_original(surface), staged_candidate(surface, pack).texture)
+    renderer = PairedRenderer(character.topology, frame_of(character.neutral_vertices), [light], "skin", SIDE)
     columns = []
     for name in EXPRESSIONS:
         renderer.pose(character.mesh_vertices(name))
-        maps = [upload(character.texture(name)), upload(model.reconstruct(name))]
-        images = renderer.render(maps, VIEW, "studio", SPP, 0)
+        images = renderer.render([uploaded(side(name), "skin") for side in sides], VIEW, light, SPP, 0)
         original, compressed = display(images.linear + (1 - images.coverage[..., None]) * np.float32(BACKDROP))
         error = np.abs(original - compressed).max(axis=2) * 255 / FULL_SCALE
         heat = mpl.colormaps["inferno"](np.clip(error, 0, 1))[..., :3]
@@ -42,4 +45,4 @@ def portrait(character_folder: Path, pack: Path) -> NDArray[np.uint8]:
 
 if __name__ == "__main__":
     scans, compressed_pack, target = map(Path, sys.argv[1:4])
-    Image.fromarray(portrait(scans, compressed_pack)).save(target, quality=88, method=6)
+    Image.fromarray(portrait(scans, compressed_pack, *sys.argv[4:])).save(target, quality=88, method=6)

@@ -151,7 +151,9 @@ def memory_table(document: Mapping[str, Any]) -> Table:
     columns = ("GPU memory, MB", "Saving", "On disk, MB", "Fetches a pixel", "Texture RMSE")
     height, width = document["character"]["resolution"]
     count = len(document["character"]["expressions"])
-    caption = f"{count} expressions and the neutral, {width} × {height} texels; 1 MB is 10⁶ bytes."
+    maps, places = (len(document["character"].get(key, [0])) for key in ("maps", "tiles"))
+    several = f", {maps} map{'s' * (maps > 1)} on {places} tile{'s' * (places > 1)}" if maps * places > 1 else ""
+    caption = f"{count} expressions and the neutral, {width} × {height} texels{several}; 1 MB is 10⁶ bytes."
     return Table(caption, "Stored as", columns, tuple(rows))
 
 

@@ -12,6 +12,7 @@ from facezip.writing import write_whole
 from reports.cards import Card, make_cards
 from reports.conditions import condition_rows, glossary
 from reports.images import ColourScale
+from reports.maps import maps_table
 from reports.metrics import IMAGE_METRICS, measured
 from reports.page import write_page
 from reports.pictures import HERO, OTHER, WORST
@@ -69,6 +70,7 @@ def _context(
         "cards": cards[1:],
         "aspect": max((card.size[0] / card.size[1] for card in cards), default=1.0),
         "comparison_table": comparison_table(packs),
+        "maps": maps_table(packs),
         "chart": error_bars(data, [card.expression for card in cards[1:]]),
         "memory": memory_table(data),
         "conditions": condition_rows(data),

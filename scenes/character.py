@@ -1,5 +1,7 @@
 """The embedded character: a folder's worth of scans of a person who never was, and the truth behind them."""
 
+from collections.abc import Iterator
+from copy import deepcopy
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +15,7 @@ from scenes.face.expressions import expression_weights
 from scenes.face.head import Head, build_head
 from scenes.face.shapes import ARKIT_SHAPES, shape_deltas
 from scenes.face.skin.albedo import complexion, neutral_albedo
+from scenes.face.skin.relief import Relief, relief
 from scenes.face.skin.sampling import TexelGrid, closed
 from scenes.face.skin.strain import strain
 from scenes.face.skin.wrinkles import wrinkled
@@ -54,6 +57,10 @@ class Person:
             return self.albedo
         return wrinkled(self.albedo, self.head, strain(self.head, self.vertices(weights)), self.seed)
 
+    def relief(self, weights: dict[str, float]) -> Relief:
+        """The normals and the roughness that go with :meth:`texture`."""
+        return relief(self.head, strain(self.head, self.vertices(weights)), len(self.albedo), self.seed)
+
 
 def make_character(resolution: int = 512, expressions: int = 20, seed: int = 0, nuisances: float = 1.0) -> Character:
     """Scans of the embedded character: 8-bit textures, meshes, and the mask of the face region.
@@ -75,12 +82,11 @@ def make_character(resolution: int = 512, expressions: int = 20, seed: int = 0, 
         raise FaceZipError(ErrorCode.BAD_VALUE, f"the embedded character cannot have {reason}")
     person = Person.make(resolution, seed)
     named = expression_weights(expressions, seed)
-    strengths = Nuisances().scaled(nuisances)
-    rng = np.random.default_rng([seed, 3])
-    neutral = _bytes(captured(person.albedo, strengths, rng, registered=True))
+    scans = (albedo for albedo, _ in captures(person, named, nuisances))
+    neutral = next(scans)
     textures = np.empty((len(named), *neutral.shape), np.uint8)
-    for n, weights in enumerate(track(named.values(), "Making the character", len(named))):
-        textures[n] = _bytes(captured(person.texture(weights), strengths, rng))
+    for n, albedo in enumerate(track(scans, "Making the character", len(named))):
+        textures[n] = albedo
     return Character(
         name="character",
         topology=person.head.topology,
@@ -91,6 +97,20 @@ def make_character(resolution: int = 512, expressions: int = 20, seed: int = 0, 
         textures=textures,
         mask=face_mask(person.head, resolution),
     )
+
+
+def captures(
+    person: Person, named: dict[str, dict[str, float]], nuisances: float
+) -> Iterator[tuple[NDArray[np.uint8], np.random.Generator]]:
+    """The albedo ``(R, R, 3)`` of the neutral and of each expression as a capture gives it.
+
+    With each comes a generator that draws the same misregistration again, for further maps of the same capture.
+    """
+    strengths = Nuisances().scaled(nuisances)
+    rng = np.random.default_rng([person.seed, 3])
+    for weights in ({}, *named.values()):
+        again = deepcopy(rng)
+        yield _bytes(captured(person.texture(weights), strengths, rng, registered=not weights)), again
 
 
 def face_mask(head: Head, resolution: int) -> NDArray[np.float32]:

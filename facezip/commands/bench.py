@@ -10,7 +10,7 @@ from click.core import ParameterSource
 
 from facezip.bench import bench_compress
 from facezip.character import Character, load_character, save_character
-from facezip.commands import alarms, bench_batch, bench_render, options
+from facezip.commands import alarms, bench_batch, bench_maps, bench_render, options
 from facezip.commands.options import megabytes
 from facezip.machine import conditions
 
@@ -28,6 +28,7 @@ command.add_command(bench_render.render)
 command.add_command(bench_render.metrics)
 command.add_command(alarms.command)
 command.add_command(bench_batch.command)
+command.add_command(bench_maps.command)
 
 
 @command.command("compress")

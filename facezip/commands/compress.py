@@ -12,10 +12,11 @@ from click.core import ParameterSource
 from numpy.typing import NDArray
 
 from facezip.alignment import alignments
-from facezip.character import Character, load_character
+from facezip.character import Character
 from facezip.choice import Choice, choose
 from facezip.commands import options
 from facezip.commands.facts import pack_facts
+from facezip.commands.layered import compress_layered, layered_lines, parse_map_weights
 from facezip.commands.options import megabytes
 from facezip.manifest import read_manifest
 from facezip.measure import mean_rmse, model_errors
@@ -23,6 +24,7 @@ from facezip.methods import METHODS, compress
 from facezip.model import CompressedTextures
 from facezip.names import printable
 from facezip.pack import read_pack, write_pack
+from facezip.surface.folder import load_surface
 from facezip.textures import read_values
 
 # In the order in which a pack states them.
@@ -66,6 +68,10 @@ def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
 )
 @fit_options
 @click.option("--importance", type=options.FOLDER, metavar="FILE", help="Image: how much a texel's error counts.")
+@click.option(
+    "--map-weight", "map_weights", multiple=True, metavar="MAP=W", help="How much a map counts.  [default: 1]"
+)
+@click.option("--float", "keep_floats", is_flag=True, help="Keep floats outside 0..1, with their range.")
 @options.overwrite
 @options.as_json
 @click.pass_context
@@ -75,6 +81,8 @@ def command(
     character: Path,
     output: Path,
     importance: Path | None,
+    map_weights: tuple[str, ...],
+    keep_floats: bool,
     overwrite: bool,
     as_json: bool,
     **settings: Any,
@@ -82,13 +90,22 @@ def command(
     """Compress the expression textures of CHARACTER into a pack.
 
     CHARACTER is a folder with neutral.obj and neutral.png, and NAME.obj and NAME.png per expression (EXR, TIFF and
-    16-bit PNG too). A mask.png in it limits the face region and the error.
+    16-bit PNG too). A mask.png in it limits the face region and the error. NAME.normal.png, NAME.roughness.png,
+    NAME.specular.png and NAME.cavity.png beside them share the weight maps; NAME.1001.png … are UDIM tiles.
     """
     check_together(given(context), settings, importance)
     document = compress_into(
-        character, output, settings, overwrite, importance, lambda line: click.echo(line, err=True)
+        character,
+        output,
+        settings,
+        overwrite,
+        importance,
+        parse_map_weights(map_weights),
+        keep_floats,
+        lambda line: click.echo(line, err=True),
     )
-    options.answer(document, as_json, lambda: _lines(document))
+    lines = layered_lines if "errors" in document else _lines
+    options.answer(document, as_json, lambda: lines(document))
 
 
 def given(context: click.Context) -> set[str]:
@@ -113,13 +130,15 @@ def compress_into(
     settings: Mapping[str, Any],
     overwrite: bool,
     importance: Path | None = None,
+    map_weights: Mapping[str, float] | None = None,
+    keep_floats: bool = False,
     warn: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Any]:
     """The whole of ``facezip compress``: load, fit, write, measure; what it wrote, as ``--json`` says it.
 
     Parameters
     ----------
-    character, output, overwrite, importance : as on the command line.
+    character, output, overwrite, importance, map_weights, keep_floats : as on the command line.
     settings : the values of ``FIT`` and ``GOALS``.
     warn : is told, before the fit, which expressions are misregistered, if any.
 
@@ -129,7 +148,28 @@ def compress_into(
         For what is wrong with the input, and ``CANNOT_WRITE``.
     """
     start = perf_counter()
-    scans = load_character(character)
+    surface = load_surface(character, keep_floats=keep_floats)
+    if surface.ordinary:
+        if map_weights:
+            raise click.UsageError(f"--map-weight: {character} has no map but its albedo")
+        document = _compress_albedo(surface.whole, character, output, settings, overwrite, importance, warn)
+    else:
+        if importance or any(settings[goal] is not None for goal in GOALS):
+            raise click.UsageError("--target-rmse, --budget-mb and --importance are for one albedo on one tile")
+        fit = {name: settings[name] for name in FIT}
+        document = compress_layered(surface, output, overwrite, map_weights or {}, fit)
+    return {**document, "pack": str(output), "seconds": round(perf_counter() - start, 3)}
+
+
+def _compress_albedo(
+    scans: Character,
+    character: Path,
+    output: Path,
+    settings: Mapping[str, Any],
+    overwrite: bool,
+    importance: Path | None,
+    warn: Callable[[str], None],
+) -> dict[str, Any]:
     off = {name: round(one.rms, 2) for name, one in alignments(scans, quick=True).items() if not one.registered}
     if off:
         warn(misregistered(character, off))
@@ -144,11 +184,9 @@ def compress_into(
         choice, model = None, compress(scans, **made_with, importance=weights)
     if importance is not None:
         made_with["importance"] = importance.name
-    document = write_measured(scans, model, output, overwrite, made_with)
-    document |= {"pack": str(output), "misregistered": off}
+    document = write_measured(scans, model, output, overwrite, made_with) | {"misregistered": off}
     if choice:
         document |= {"choice": {"reason": choice.reason, "tried": [asdict(trial) for trial in choice.tried]}}
-    document["seconds"] = round(perf_counter() - start, 3)
     return document
 
 

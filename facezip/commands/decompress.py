@@ -6,10 +6,12 @@ import click
 
 from facezip.commands import options
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.model import CompressedTextures
-from facezip.pack import read_pack
 from facezip.progress import track
-from facezip.textures import write_texture
+from facezip.surface.folder import file_name, write_map
+from facezip.surface.manifest import neutral_bits_of, read_any_manifest
+from facezip.surface.maps import MapKind
+from facezip.surface.model import CompressedSurface
+from facezip.surface.pack import read_surface
 from facezip.writing import whole_folder
 
 BLEND_FILE = "blend"
@@ -25,18 +27,35 @@ BLEND_FILE = "blend"
 def command(
     pack: Path, output: Path, names: tuple[str, ...], blend: str | None, overwrite: bool, as_json: bool
 ) -> None:
-    """Write the textures of PACK as PNG at full size: every expression, those named, or one blend (equation 8)."""
-    model = read_pack(pack)
+    """Write the textures of PACK as PNG at full size: every expression, those named, or one blend (equation 8).
+
+    Of a pack with several maps or tiles, all of them: NAME.png, NAME.normal.png, NAME.1002.png … ; floats that were
+    kept beyond 0..1 as OpenEXR.
+    """
+    model, bits = read_surface(pack), neutral_bits_of(read_any_manifest(pack))
     blends = _blends(model, names, blend)
-    known = {f"{name}.png" for name in (*model.expressions, BLEND_FILE)}
-    with whole_folder(output, overwrite, lambda folder: {file.name for file in folder.iterdir()} <= known) as folder:
+    known = {stem for name in (*model.expressions, BLEND_FILE) for stem in _stems(model, name).values()}
+    textures = []
+
+    def ours(folder: Path) -> bool:
+        return all(file.stem in known and file.suffix in (".png", ".exr") for file in folder.iterdir())
+
+    with whole_folder(output, overwrite, ours) as folder:
         for name in track(blends, "Decompressing", len(blends)):
-            write_texture(folder / f"{name}.png", model.blend(blends[name]))
-    document = {"output": str(output), "textures": [f"{name}.png" for name in blends]}
-    options.answer(document, as_json, lambda: [f"{output}: {len(blends)} texture(s)"])
+            for (kind, tile), stem in _stems(model, name).items():
+                fitted = model.parts[kind.name, tile].blend(blends[name])
+                textures.append(write_map(folder / stem, fitted, kind, bits[kind.name, tile]).name)
+    document = {"output": str(output), "textures": textures}
+    options.answer(document, as_json, lambda: [f"{output}: {len(textures)} texture(s)"])
 
 
-def _blends(model: CompressedTextures, names: tuple[str, ...], blend: str | None) -> dict[str, dict[str, float]]:
+def _stems(model: CompressedSurface, name: str) -> dict[tuple[MapKind, int], str]:
+    """What each map on each tile is called, without its suffix."""
+    tiles = model.tiles
+    return {(kind, tile): file_name(name, kind, tile, tiles) for kind in model.maps for tile in tiles}
+
+
+def _blends(model: CompressedSurface, names: tuple[str, ...], blend: str | None) -> dict[str, dict[str, float]]:
     if blend is not None:
         return {BLEND_FILE: parse_blend(blend)}
     return {name: {name: 1.0} for name in names or model.expressions}

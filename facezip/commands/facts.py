@@ -4,19 +4,18 @@ from pathlib import Path
 from typing import Any
 
 from facezip.manifest import Manifest
+from facezip.surface.manifest import AnyManifest, SurfaceManifest
 from facezip.verification import bytes_on_disk
 
 
-def pack_facts(path: Path, manifest: Manifest) -> dict[str, Any]:
-    """Sizes and make of a verified pack, from its manifest alone."""
+def pack_facts(path: Path, manifest: AnyManifest) -> dict[str, Any]:
+    """Sizes and make of a verified pack, from its manifest alone; of several maps or tiles, ``maps`` and ``tiles``."""
+    sizes = _of_one(manifest) if isinstance(manifest, Manifest) else _of_several(manifest)
     cost = manifest.footprint
     return {
         "name": manifest.name,
         "method": manifest.method,
-        "resolution": list(manifest.size),
-        "channels": manifest.channels,
-        "differences": cost.differences,
-        "weight_scale": round(manifest.size[0] / manifest.weight_size[0]) if cost.layers else None,
+        **sizes,
         "expressions": list(manifest.expressions),
         "bytes_on_gpu": cost.bytes_on_gpu,
         "bytes_on_disk": bytes_on_disk(path),
@@ -24,4 +23,39 @@ def pack_facts(path: Path, manifest: Manifest) -> dict[str, Any]:
         "fetches": cost.fetches,
         "vertices": manifest.vertices,
         "made_with": manifest.made_with,
+    }
+
+
+def _of_one(manifest: Manifest) -> dict[str, Any]:
+    cost = manifest.footprint
+    return {
+        "resolution": list(manifest.size),
+        "channels": manifest.channels,
+        "differences": cost.differences,
+        "weight_scale": round(manifest.size[0] / manifest.weight_size[0]) if cost.layers else None,
+    }
+
+
+def _of_several(manifest: SurfaceManifest) -> dict[str, Any]:
+    """The first map on the first tile stands for those that have one size."""
+    tile = manifest.tiles[0]
+    size, uniform = tile.textures[0].size, tile.weight_size == (1, 1)
+    return {
+        "resolution": list(size),
+        "channels": sum(kind.channels for kind in manifest.maps),
+        "maps": [
+            {"name": kind.name, "encoding": kind.encoding, "channels": kind.channels, "range": list(kind.range)}
+            for kind in manifest.maps
+        ],
+        "tiles": [
+            {
+                "tile": one.number,
+                "resolution": {
+                    kind.name: list(texture.size) for kind, texture in zip(manifest.maps, one.textures, strict=True)
+                },
+            }
+            for one in manifest.tiles
+        ],
+        "differences": len(tile.weight_scale),
+        "weight_scale": None if uniform else round(size[0] / tile.weight_size[0]),
     }

@@ -8,7 +8,7 @@ import click
 from facezip.commands import options
 from facezip.commands.facts import pack_facts
 from facezip.commands.options import megabytes
-from facezip.manifest import read_manifest
+from facezip.surface.manifest import read_any_manifest
 
 
 @click.command("info")
@@ -19,7 +19,7 @@ def command(pack: Path, as_json: bool) -> None:
 
     Reads the manifest alone; 'facezip verify' checks every byte.
     """
-    facts = {"pack": str(pack), **pack_facts(pack, read_manifest(pack))}
+    facts = {"pack": str(pack), **pack_facts(pack, read_any_manifest(pack))}
     options.answer(facts, as_json, lambda: _lines(facts))
 
 
@@ -30,9 +30,19 @@ def _lines(facts: dict[str, Any]) -> list[str]:
     raw, gpu, disk = (megabytes(facts[key]) for key in ("bytes_raw", "bytes_on_gpu", "bytes_on_disk"))
     return [
         f"{facts['name']}  {width}x{height}, {facts['channels']} channels, method {facts['method']}",
+        *_several(facts),
         f"  textures     1 neutral, {facts['differences']} differences, weight maps {maps}",
         f"  expressions  {len(facts['expressions'])}: {', '.join(facts['expressions'])}",
         f"  on the GPU   {gpu} instead of {raw} ({saving:.1f}x less), {facts['fetches']} fetches a pixel",
         f"  on disk      {disk}",
         *(f"  {key:<12} {value}" for key, value in facts["made_with"].items() if not isinstance(value, dict)),
     ]
+
+
+def _several(facts: dict[str, Any]) -> list[str]:
+    """Maps and tiles, where there is more than an albedo."""
+    if "maps" not in facts:
+        return []
+    maps = ", ".join(f"{kind['name']} ({kind['encoding']}, {kind['channels']})" for kind in facts["maps"])
+    tiles = [f"  tiles        {', '.join(str(tile['tile']) for tile in facts['tiles'])}"]
+    return [f"  maps         {maps}; each has neutral and differences, weight maps are shared", *tiles]

@@ -11,14 +11,19 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from facezip.batch.workers import crew
-from facezip.character import Character, load_character
 from facezip.commands import options
 from facezip.commands.candidates import candidate
+from facezip.commands.layered import error_words
+from facezip.commands.staged import staged_candidate, staged_character, staged_original
 from facezip.errors import FaceZipError
+from facezip.surface.folder import load_surface
+from facezip.surface.scans import Surface
 from facezip.writing import resumable_folder
 
 if TYPE_CHECKING:
+    from facezip.character import Character
     from render.settings import Settings
+    from render.skins import Texture
     from render.validation import Candidate, Filled, Filler
 
 REPORT_FILE = "report.json"
@@ -56,6 +61,8 @@ def command(
     Both sides are shaded on the same light paths, so that the difference is the compression's alone. In the place of
     a PACK stands, if you like, a second CHARACTER: textures that another tool made are judged the same way.
 
+    Normal and roughness maps are rendered too, and UDIM tiles.
+
     A run that is broken off goes on where it was when it is started again. With --overwrite, renders of the report
     that is there are kept where nothing that made them has changed. Without --workers and --scheduler, one process
     renders on all cores.
@@ -63,8 +70,8 @@ def command(
     from render.settings import read_settings
 
     settings = read_settings(config, {key: value for key, value in given.items() if value is not None})
-    scans = load_character(character)
-    candidates = [candidate(scans, path) for path in packs]
+    surface = load_surface(character)
+    candidates = _candidates(surface, packs)
 
     def distribute(names: Sequence[str], folder: Path, earlier: Path | None) -> "list[Filled]":
         if workers is None and scheduler is None:
@@ -73,12 +80,12 @@ def command(
         share = Share(*paths, earlier.absolute() if earlier else None, settings, os.urandom(8).hex())
         return _filled(share, names, workers, scheduler)
 
-    document = _validate_into(scans, candidates, output, overwrite, settings, distribute)
+    document = _validate_into(surface, candidates, output, overwrite, settings, distribute)
     options.answer(document, as_json, lambda: _lines(document, output))
 
 
 def _validate_into(
-    scans: Character,
+    surface: Surface,
     candidates: "list[Candidate]",
     output: Path,
     overwrite: bool,
@@ -89,13 +96,28 @@ def _validate_into(
     from render.validation import validate
     from reports.validation import write_validation_report
 
+    scans, original = _stage(surface)
     earlier = output if output.is_dir() else None
     with resumable_folder(output, overwrite, lambda folder: (folder / REPORT_FILE).is_file()) as folder:
         document = validate(
-            scans, candidates, folder, settings, earlier, lambda names: distribute(names, folder, earlier)
+            scans, candidates, folder, settings, earlier, original, lambda names: distribute(names, folder, earlier)
         )
+        document["character"] = surface.facts if original else scans.facts
         write_validation_report(document, folder)
     return document
+
+
+def _stage(surface: Surface) -> "tuple[Character, Callable[[str], Texture] | None]":
+    """What the renderer takes for the character, and its own textures where they are more than its albedo."""
+    if surface.ordinary:
+        return surface.whole, None
+    return staged_character(surface), staged_original(surface)
+
+
+def _candidates(surface: Surface, packs: Sequence[Path]) -> "list[Candidate]":
+    if surface.ordinary:
+        return [candidate(surface.whole, path) for path in packs]
+    return [staged_candidate(surface, path) for path in packs]
 
 
 @dataclass(frozen=True)
@@ -124,9 +146,10 @@ def fill(share: Share, name: str) -> "Filled":
 def _filler(share: Share) -> "Filler":
     from render.validation import Filler
 
-    scans = load_character(share.character)
-    candidates = [candidate(scans, path) for path in share.packs]
-    return Filler(scans, candidates, share.folder, share.settings, share.earlier)
+    surface = load_surface(share.character)
+    scans, original = _stage(surface)
+    candidates = _candidates(surface, share.packs)
+    return Filler(scans, candidates, share.folder, share.settings, share.earlier, original)
 
 
 def _filled(share: Share, names: Sequence[str], workers: int | None, scheduler: str | None) -> "list[Filled]":
@@ -146,6 +169,7 @@ def _lines(document: dict[str, Any], output: Path) -> list[str]:
             f"  texture RMSE {pack['texture_rmse']:.2f}, image RMSE {pack['image_rmse']:.2f} of 255 "
             f"(noise floor {pack['noise_floor']:.2f}), dE2000 p95 {pack['delta_e_p95']:.2f}, FLIP {pack['flip']:.4f}, "
             f"SSIM {pack['ssim']:.4f}",
+            *(f"  {name:<10} {error_words(found)}" for name, found in pack.get("map_errors", {}).items()),
         ]
     count, rendered, seconds = len(document["renders"]), document["rendered"], document["seconds"]
     taken = f", {count - rendered} taken over" if rendered < count else ""

@@ -5,8 +5,8 @@ from pathlib import Path
 import click
 
 from facezip.commands import options
-from facezip.manifest import read_manifest
-from facezip.pack import read_pack
+from facezip.surface.manifest import read_any_manifest
+from facezip.surface.pack import read_surface
 
 
 @click.command("verify")
@@ -14,7 +14,7 @@ from facezip.pack import read_pack
 @options.as_json
 def command(pack: Path, as_json: bool) -> None:
     """Check that PACK is complete, unchanged and readable; exit code 3 and one line where it is not."""
-    read_pack(pack)
-    manifest = read_manifest(pack)
+    read_surface(pack)
+    manifest = read_any_manifest(pack)
     document = {"pack": str(pack), "intact": True, "files": len(manifest.files) + 1}
     options.answer(document, as_json, lambda: [f"{pack}: intact, {document['files']} files"])

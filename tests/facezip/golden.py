@@ -1,4 +1,4 @@
-"""A golden pack of the current format version: ``python -m tests.facezip.golden tests/data/pack-N``.
+"""A golden pack of a format version: ``python -m tests.facezip.golden tests/data/pack-N``.
 
 Made once per version and never again: it stands for all packs that people have. Tiny, from the embedded character: its
 textures at 64 x 64 and the triangles around the tip of its nose.
@@ -10,9 +10,22 @@ from pathlib import Path
 
 import numpy as np
 
-from facezip import CompressedTextures, Meshes, Topology, compress, read_pack, write_pack
+from facezip import (
+    CompressedSurface,
+    CompressedTextures,
+    Meshes,
+    Topology,
+    compress,
+    compress_surface,
+    read_pack,
+    read_surface,
+    write_pack,
+    write_surface,
+)
+from facezip.surface.folder import file_name, write_map
 from facezip.textures import write_texture
 from scenes.character import make_character
+from scenes.surface import make_surface
 
 
 def golden_model() -> CompressedTextures:
@@ -32,8 +45,28 @@ def _patch(meshes: Meshes, triangles: int) -> Meshes:
     return Meshes(patch, meshes.neutral[vertices], meshes.deltas[:, vertices])
 
 
+def golden_surface() -> CompressedSurface:
+    """Albedo, normals and roughness of the same, on two tiles."""
+    model = compress_surface(make_surface(64, 5, nuisances=0, tiles=(2, 1)), weight_scale=8)
+    return replace(model, meshes=_patch(model.meshes, 120))
+
+
+def write_layered(folder: Path) -> None:
+    path = folder / "golden.facezip"
+    write_surface(golden_surface(), path, name="golden", made_with={"method": "refined", "seed": 0})
+    model = read_surface(path)
+    for name in model.expressions:
+        for kind in model.maps:
+            for tile in model.tiles:
+                texture = model.parts[kind.name, tile].reconstruct(name)
+                write_map(folder / file_name(name, kind, tile, model.tiles), texture, kind, 8)
+
+
 if __name__ == "__main__":
     folder = Path(sys.argv[1])
+    if folder.name == "pack-2":
+        write_layered(folder)
+        sys.exit()
     write_pack(golden_model(), folder / "golden.facezip", name="golden", made_with={"method": "refined", "seed": 0})
     for name in (model := read_pack(folder / "golden.facezip")).expressions:
         write_texture(folder / f"{name}.png", model.reconstruct(name))

@@ -166,7 +166,7 @@ def test_a_failed_write_leaves_the_old_pack_and_nothing_else(pack, model, monkey
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("facezip.pack._write_meshes", full)
+    monkeypatch.setattr("facezip.pack.write_meshes", full)
     with pytest.raises(FaceZipError, match="No space left") as caught:
         write_pack(model, pack, overwrite=True)
     assert caught.value.code is ErrorCode.CANNOT_WRITE

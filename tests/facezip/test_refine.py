@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip.baselines import principal_components
+from facezip.baselines import principal_components, principal_weights
 from facezip.measure import mean_rmse, model_errors
 from facezip.quantise import dequantise, quantise
 from facezip.refine import balanced_start, fit_weights, refine
@@ -52,7 +52,7 @@ def test_what_a_pack_stores_is_exactly_what_was_fitted():
 def test_storage_costs_little():
     character = random_character(side=64, expressions=9)
     samples = samples_of(character)
-    weights = fit_weights(samples, 3, 8)
+    weights = fit_weights([samples], 3, 8)
     unrounded = replace(
         refine(character, 3, 8),
         differences=solve_textures(samples, weights),
@@ -104,7 +104,7 @@ def test_same_bytes_whatever_the_number_of_threads(character, monkeypatch):
 def test_the_start_is_pca_in_another_gauge(character):
     """Textures fitted to it explain exactly what PCA's textures do where the gauge is uniform."""
     samples = samples_of(character)
-    start = balanced_start(samples, 2, (1, 1))
+    start = balanced_start([samples], principal_weights([samples], 2), (1, 1))
     pca = principal_components(character, 2).weights[:, 0, 0]
     mixture = np.linalg.lstsq(pca, start[0, :, :, 0].T, rcond=None)[0]
     np.testing.assert_allclose(pca @ mixture, start[0, :, :, 0].T, atol=1e-5)

@@ -48,9 +48,7 @@ def test_the_displays_curve_does_not_bias_the_debiased_error():
     """Light that flickers by a third, as with few samples, on a dark skin whose albedo is off by a tenth."""
     rng = np.random.default_rng(0)
     lights = rng.lognormal(-0.05, 0.3, (2, 64, 64, 3)).astype(np.float32)
-    halves = Halves(
-        *(Images(np.stack([0.1 * light, 0.11 * light]), HEAD.astype(np.float32)) for light in lights)
-    )
+    halves = Halves(*(Images(np.stack([0.1 * light, 0.11 * light]), HEAD.astype(np.float32)) for light in lights))
     mean = float(np.exp(-0.05 + 0.3**2 / 2))
     true = 255 * float(np.diff(encode_srgb(np.float32([0.1 * mean, 0.11 * mean])))[0])
     assert debiased_rmse(halves, 1, HEAD) == pytest.approx(true, rel=0.005)

@@ -7,13 +7,14 @@ from collections.abc import Callable, Iterator
 from itertools import combinations
 from pathlib import Path
 
-from facezip import FaceZipError, read_pack
+from facezip import FaceZipError, read_surface
 from facezip.manifest import FILE_NAME
 from tests.trust import mutations
 from tests.trust.children import in_child
 from tests.trust.findings import Row
 
 GOLDEN = Path(__file__).parent.parent / "data" / "pack-1" / "golden.facezip"
+LAYERED = GOLDEN.parent.parent / "pack-2" / "golden.facezip"
 BATCH = 250
 
 # Does something to a copy of the pack.
@@ -21,8 +22,13 @@ Damage = Callable[[Path], None]
 
 
 def check_damage(work: Path, part: float) -> list[Row]:
-    """All kinds of damage; ``part`` of 1 makes more than 10,000 packs."""
-    files = {file.name: file.read_bytes() for file in sorted(GOLDEN.iterdir())}
+    """All kinds of damage; ``part`` of 1 makes more than 10,000 packs of version 1, a fifth as many of version 2."""
+    rows = _check(work, part, GOLDEN, "packs with")
+    return rows + _check(work, part / 5, LAYERED, "packs of several maps with")
+
+
+def _check(work: Path, part: float, golden: Path, what: str) -> list[Row]:
+    files = {file.name: file.read_bytes() for file in sorted(golden.iterdir())}
     pictures = {name: content for name, content in files.items() if name.endswith(".png")}
     manifest = files[FILE_NAME]
     step = max(1, round(1 / part))
@@ -35,7 +41,7 @@ def check_damage(work: Path, part: float) -> list[Row]:
         "tails appended": _mutants(files, mutations.append_tail, max(9, round(100 * part))),
         "files renamed, swapped, missing, added, linked": list(_misplaced(files)),
     }
-    return [_row(f"packs with {kind}", work, damages) for kind, damages in kinds.items()]
+    return [_row(f"{what} {kind}", work, golden, damages) for kind, damages in kinds.items()]
 
 
 def _mutants(files: dict[str, bytes], mutation: mutations.Mutation, count: int) -> list[Damage]:
@@ -66,7 +72,7 @@ def _misplaced(files: dict[str, bytes]) -> Iterator[Damage]:
         yield lambda pack, name=name: _made_folder(pack / name)
         yield lambda pack, name=name: _made_fifo(pack / name)
         yield lambda pack, name=name: shutil.copy(pack / name, pack / f"copy of {name}")
-    for a, b in combinations(files, 2):
+    for a, b in list(combinations(files, 2))[:200]:
         yield lambda pack, a=a, b=b: _swap(pack / a, pack / b)
     for extra in (".hidden", "notes.txt", "difference_4.png", "weights_1.png", "__init__.py", "pickle.pkl"):
         yield _replaced(extra, b"")
@@ -99,14 +105,14 @@ def _swap(a: Path, b: Path) -> None:
     b.write_bytes(content)
 
 
-def _row(what: str, work: Path, damages: list[Damage]) -> Row:
+def _row(what: str, work: Path, golden: Path, damages: list[Damage]) -> Row:
     faults = {"silently accepted": 0, "other exceptions": 0, "crashes or hangs": 0}
     examples: list[str] = []
     for first in range(0, len(damages), BATCH):
         batch = damages[first : first + BATCH]
-        outcome = in_child(lambda batch=batch: [_verdict(work, damage) for damage in batch], limit=120)
+        outcome = in_child(lambda batch=batch: [_verdict(work, golden, damage) for damage in batch], limit=120)
         # A batch that died is gone through one by one, to know which.
-        single = outcome.answer if outcome.code == 0 else [_alone(work, damage) for damage in batch]
+        single = outcome.answer if outcome.code == 0 else [_alone(work, golden, damage) for damage in batch]
         for number, fault in enumerate(single, first):
             if fault:
                 faults[fault.split(":")[0]] += 1
@@ -114,18 +120,18 @@ def _row(what: str, work: Path, damages: list[Damage]) -> Row:
     return Row(what, len(damages), faults, examples=tuple(examples))
 
 
-def _alone(work: Path, damage: Damage) -> str:
-    outcome = in_child(lambda: _verdict(work, damage), limit=10)
+def _alone(work: Path, golden: Path, damage: Damage) -> str:
+    outcome = in_child(lambda: _verdict(work, golden, damage), limit=10)
     return str(outcome.answer) if outcome.code == 0 else f"crashes or hangs: {outcome.code}"
 
 
-def _verdict(work: Path, damage: Damage) -> str:
+def _verdict(work: Path, golden: Path, damage: Damage) -> str:
     shutil.rmtree(work / "damaged", ignore_errors=True)
     pack = work / "damaged" / "golden.facezip"
-    shutil.copytree(GOLDEN, pack)
+    shutil.copytree(golden, pack)
     damage(pack)
     try:
-        read_pack(pack)
+        read_surface(pack)
     except FaceZipError:
         return ""
     except BaseException as error:

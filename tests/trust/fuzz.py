@@ -8,6 +8,7 @@ and is read by the tests from then on.
 import argparse
 import hashlib
 import random
+import re
 import shutil
 import sys
 import tempfile
@@ -17,14 +18,24 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from facezip import FaceZipError, load_character, read_pack, save_character
+from facezip import (
+    FaceZipError,
+    load_character,
+    load_surface,
+    read_pack,
+    read_surface,
+    save_character,
+    save_surface,
+)
 from facezip.manifest import FILE_NAME
 from facezip.meshes import read_obj
+from facezip.surface.layout import SETTINGS
 from facezip.textures import read_texture
 from tests.facezip.conftest import random_character
+from tests.facezip.surface.conftest import random_surface
 from tests.trust import mutations
 from tests.trust.children import in_child
-from tests.trust.damage import GOLDEN
+from tests.trust.damage import GOLDEN, LAYERED
 from tests.trust.findings import Row
 from tests.trust.mutants import COMPRESSIONS, store_as
 
@@ -33,17 +44,41 @@ BATCH = 200
 TEXTUAL = {
     ".obj": [mutations.change_token] * 6,
     ".json": [mutations.change_token] * 6,
+    ".toml": [mutations.change_token] * 6,
     ".glb": [mutations.change_number] * 12,
 }
+
+LAYOUT = """meshes = "{name}.obj"
+[maps.albedo]
+files = "{name}.{tile}.png"
+[maps.normal]
+files = "{name}.normal.{tile}.png"
+green = "down"
+[maps.gloss]
+files = "{name}.roughness.{tile}.png"
+encoding = "data"
+float = true
+"""
 
 # A file of the corpus → the reader that gets it, and the folder in which it stands.
 READERS: dict[str, Callable[[Path], Any]] = {
     "image": read_texture,
     "mesh": read_obj,
     "pack": lambda file: read_pack(file.parent),
+    "signed pack": lambda file: read_signed(file),
     "glb": load_character,
     "character": lambda file: load_character(file.parent),
+    "surface": lambda file: load_surface(file.parent),
 }
+
+
+def read_signed(manifest: Path) -> None:
+    """Read a pack whose manifest has the checksum that it should have, whatever it says."""
+    blank = re.sub(
+        rb'"sha256": "[0-9a-f]{64}",\n "format"', b'"sha256": "' + b"0" * 64 + b'",\n "format"', manifest.read_bytes()
+    )
+    manifest.write_bytes(blank.replace(b"0" * 64, hashlib.sha256(blank).hexdigest().encode(), 1))
+    read_surface(manifest.parent)
 
 
 def make_corpus(work: Path) -> dict[str, list[Path]]:
@@ -58,14 +93,20 @@ def make_corpus(work: Path) -> dict[str, list[Path]]:
     save_character(random_character(side=16, grid=3, expressions=2), work / "character")
     (work / "glb").mkdir()
     shutil.copytree(GOLDEN, work / "pack")
+    for golden in (GOLDEN, LAYERED):
+        shutil.copytree(golden, work / golden.parent.name)
     save_character(random_character(side=16, grid=3, expressions=2), work / "glb" / "sheet.glb")
+    save_surface(random_surface(side=16, expressions=2, tiles=(2, 1)), work / "surface")
+    (work / "surface" / SETTINGS).write_text(LAYOUT, encoding="utf-8")
     character = sorted((work / "character").iterdir())
     return {
         "glb": [work / "glb" / "sheet.glb"],
         "image": images,
         "mesh": [file for file in character if file.suffix == ".obj"],
         "pack": [work / "pack" / FILE_NAME, *sorted((work / "pack").glob("*.png"))[:3]],
+        "signed pack": [work / golden.parent.name / FILE_NAME for golden in (GOLDEN, LAYERED)],
         "character": character,
+        "surface": [work / "surface" / SETTINGS, *sorted((work / "surface").glob("neutral.*.png"))],
     }
 
 

@@ -22,9 +22,7 @@ def wrinkled(albedo: NDArray[np.float32], head: Head, skin_strain: Strain, seed:
     """
     resolution = len(albedo)
     texels = TexelGrid.of(head, resolution)
-    fields = np.concatenate(
-        [skin_strain.compression[..., None], skin_strain.area[..., None], _outer(skin_strain.line)], axis=2
-    ).astype(np.float32)
+    fields = fields_of(skin_strain)
     out = albedo.copy()
 
     def fold(top: int, bottom: int) -> None:
@@ -32,6 +30,13 @@ def wrinkled(albedo: NDArray[np.float32], head: Head, skin_strain: Strain, seed:
 
     map_rows(fold, resolution)
     return out
+
+
+def fields_of(skin_strain: Strain) -> NDArray[np.float32]:
+    """Compression, change of area, and the lines of wrinkles: ``(rows, columns, 8)``, to be interpolated."""
+    return np.concatenate(
+        [skin_strain.compression[..., None], skin_strain.area[..., None], _outer(skin_strain.line)], axis=2
+    ).astype(np.float32)
 
 
 def _outer(line: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -61,10 +66,10 @@ def _fold(
             strength, spacing = propensity(p[0], p[1], p[2])
             pressed = max(-f[1], 0.0)
             stretched = max(f[1], 0.0)
-            depth = strength * (1 - np.exp(-5.0 * max(f[0] - 0.035, 0.0)))
+            depth = depth_of(strength, f[0])
             groove, ridge = 0.0, 0.0
             if depth > 0.01:
-                groove, ridge = _folds(p, f, spacing, texel, seed)
+                groove, ridge = folds(p, f, spacing, texel, seed)
             # Grooves are dark and red, their crests bright; pressed skin flushes, stretched skin pales.
             flush = 0.55 * (1 - np.exp(-3.0 * pressed))
             pale = 0.35 * (1 - np.exp(-2.0 * stretched))
@@ -76,7 +81,13 @@ def _fold(
 
 
 @njit(cache=True, nogil=True)
-def _folds(
+def depth_of(strength: float, compression: float) -> float:
+    """How deep skin folds, 0..1, under a compression; a little of it raises no fold."""
+    return strength * (1 - np.exp(-5.0 * max(compression - 0.035, 0.0)))
+
+
+@njit(cache=True, nogil=True)
+def folds(
     p: NDArray[np.float64], f: NDArray[np.float64], spacing: float, texel: float, seed: int
 ) -> tuple[float, float]:
     """How much of a groove and of a crest a point lies on, each in [0, 1], long folds and fine ones together."""

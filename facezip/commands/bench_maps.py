@@ -1,0 +1,83 @@
+"""``facezip bench maps``: weight maps that several maps share, beside one fit for each."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+from click.core import ParameterSource
+
+from facezip.commands import options
+from facezip.commands.options import megabytes
+from facezip.machine import conditions
+from facezip.surface.folder import load_surface
+from facezip.surface.scans import Surface
+from facezip.surface.sharing import compare_sharing
+
+
+@click.command("maps")
+@click.option("--character", type=options.FOLDER, metavar="FOLDER", help="Scans; the embedded character if none.")
+@click.option("--resolution", type=click.IntRange(64, 4096), default=512, show_default=True, metavar="TEXELS")
+@click.option("--expressions", type=click.IntRange(min=2), default=20, show_default=True, metavar="N")
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="S")
+@click.option("--nuisances", type=click.FloatRange(0, 10), default=1.0, show_default=True, metavar="X", help="0: none.")
+@options.as_json
+@click.pass_context
+def command(
+    context: click.Context,
+    character: Path | None,
+    resolution: int,
+    expressions: int,
+    seed: int,
+    nuisances: float,
+    as_json: bool,
+) -> None:
+    """Show what it saves and costs that all maps of a character share their weight maps.
+
+    Bytes at run time, texture fetches and the errors of each map, as packs store them: RMSE (0..255) of colours and
+    data, degrees between normals, inside the mask.
+    """
+    given = (context.get_parameter_source(name) for name in ("resolution", "expressions", "seed", "nuisances"))
+    if character and ParameterSource.COMMANDLINE in given:
+        reason = "--resolution, --expressions, --seed and --nuisances are of the embedded character: leave those out"
+        raise click.UsageError(reason)
+    surface = load_surface(character) if character else _embedded(resolution, expressions, seed, nuisances)
+    document = {
+        "maps": [kind.name for kind in surface.maps],
+        "ways": compare_sharing(surface),
+        "conditions": {
+            **conditions(("facezip", "numpy", "numba")),
+            "character": surface.whole.name if character else "embedded",
+            "resolution": list(surface.whole.resolution),
+            "tiles": list(surface.tiles),
+            "expressions": len(surface.whole.expressions),
+            "seed": None if character else seed,
+            "nuisances": None if character else nuisances,
+            "map_weights": "1 each: the differences of every map count alike in sum",
+        },
+    }
+    options.answer(document, as_json, lambda: _lines(document))
+
+
+def _embedded(resolution: int, expressions: int, seed: int, nuisances: float) -> Surface:
+    from scenes.surface import make_surface
+
+    return make_surface(resolution, expressions, seed, nuisances)
+
+
+def _lines(document: Mapping[str, Any]) -> list[str]:
+    names, stated = document["maps"], document["conditions"]
+    lines = [
+        f"{stated['expressions']} expressions of {stated['resolution'][1]} x {stated['resolution'][0]} texels; "
+        f"uncompressed {megabytes(document['ways'][0]['bytes_raw'])}",
+        f"  {'':24} {'GPU':>9} {'fetches':>8} {'packed':>7}" + "".join(f"{name:>12}" for name in names),
+    ]
+    for way in document["ways"]:
+        errors = "".join(f"{_shown(way['errors'][name]):>12}" for name in names)
+        size = megabytes(way["bytes_on_gpu"])
+        lines.append(f"  {way['way']:24} {size:>9} {way['fetches']:>8} {way['fetches_packed']:>7}{errors}")
+    return [*lines, "  RMSE of 255 inside the mask; normals: mean angle in degrees"]
+
+
+def _shown(found: Mapping[str, Any]) -> str:
+    return f"{found['angular_error']:.3f}°" if "angular_error" in found else f"{found['rmse']:.3f}"

@@ -1,0 +1,76 @@
+"""``facezip compress`` of characters with several maps or UDIM tiles."""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from facezip.commands.facts import pack_facts
+from facezip.commands.options import megabytes
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.surface.errors import surface_errors
+from facezip.surface.joint import compress_surface
+from facezip.surface.manifest import read_any_manifest
+from facezip.surface.maps import ALBEDO
+from facezip.surface.model import CompressedSurface
+from facezip.surface.pack import read_surface, write_surface
+from facezip.surface.scans import Surface
+
+
+def compress_layered(
+    surface: Surface, output: Path, overwrite: bool, map_weights: Mapping[str, float], settings: dict[str, Any]
+) -> dict[str, Any]:
+    """Fit and write the pack, read it back, and describe it: facts, and the errors of every map."""
+    model = compress_surface(surface, **settings, map_weights=map_weights)
+    made_with = {**settings, "map_weights": dict(map_weights)} if map_weights else settings
+    return {"pack": str(output), **write_measured_surface(surface, model, output, overwrite, made_with)}
+
+
+def write_measured_surface(
+    surface: Surface, model: CompressedSurface, output: Path, overwrite: bool, made_with: dict[str, Any]
+) -> dict[str, Any]:
+    """As :func:`facezip.commands.compress.write_measured`, with ``errors`` by map; ``rmse`` is that of the albedo."""
+    write_surface(model, output, neutral_bits=surface.neutral_bits, made_with=made_with, overwrite=overwrite)
+    errors = surface_errors(surface, read_surface(output))
+    masked = any(part.mask is not None for part in surface.parts.values())
+    return {
+        **pack_facts(output, read_any_manifest(output)),
+        "rmse": errors[ALBEDO]["rmse"],
+        "rmse_per_expression": errors[ALBEDO]["rmse_per_expression"],
+        "errors": errors,
+        "region": "mask" if masked else "whole texture",
+    }
+
+
+def parse_map_weights(pairs: Iterable[str]) -> dict[str, float]:
+    """``("normal=0.5", "roughness=2")`` as a dictionary; ``BAD_VALUE`` for anything else."""
+    weights = {}
+    for pair in pairs:
+        name, _, weight = pair.partition("=")
+        try:
+            weights[name.strip()] = float(weight)
+        except ValueError:
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"--map-weight '{pair}': write it as MAP=0.5") from None
+    return weights
+
+
+def layered_lines(document: Mapping[str, Any]) -> list[str]:
+    """What a person reads of :func:`compress_layered`."""
+    gpu, raw, disk = (megabytes(document[key]) for key in ("bytes_on_gpu", "bytes_raw", "bytes_on_disk"))
+    tiles = len(document["tiles"])
+    return [
+        f"{document['pack']}: {len(document['expressions'])} expressions, {len(document['maps'])} map(s) on {tiles} "
+        f"tile{'s' * (tiles > 1)}, {document['differences']} difference textures each, method {document['method']}, "
+        f"{document['seconds']:.1f} s",
+        *(f"  {name:<10} {error_words(found)}" for name, found in document["errors"].items()),
+        f"  GPU        {gpu} instead of {raw} ({document['bytes_raw'] / document['bytes_on_gpu']:.1f}x less), "
+        f"{document['fetches']} fetches a pixel",
+        f"  on disk    {disk}",
+    ]
+
+
+def error_words(found: Mapping[str, Any]) -> str:
+    """The error of one map, with the worst expression."""
+    key, unit = ("angular_error", "degrees (mean angle)") if "angular_error" in found else ("rmse", "RMSE of 255")
+    each = found[f"{key}_per_expression"]
+    worst = max(each, key=each.__getitem__)
+    return f"{found[key]:.2f} {unit}; worst {worst} {each[worst]:.2f}"

@@ -1,0 +1,114 @@
+"""Characters with several maps or UDIM tiles before the renderer, and what is compared with them."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.character import NEUTRAL, Character
+from facezip.commands.facts import pack_facts
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.pack import is_pack
+from facezip.surface.atlas import Atlas
+from facezip.surface.errors import surface_errors, texture_surface_errors
+from facezip.surface.folder import load_surface
+from facezip.surface.footprint import SurfaceFootprint
+from facezip.surface.manifest import read_any_manifest
+from facezip.surface.maps import ALBEDO, MapKind
+from facezip.surface.model import CompressedSurface
+from facezip.surface.pack import read_surface
+from facezip.surface.scans import Surface
+
+if TYPE_CHECKING:
+    from render.skins import Texture
+    from render.validation import Candidate
+
+# Gives a map on a tile for an expression: values, as of MapKind.
+Values = Callable[[MapKind, int, str], NDArray[np.float32]]
+
+
+def staged_character(surface: Surface) -> Character:
+    """The meshes of a surface, with the UV layout of all its tiles in one square."""
+    return replace(surface.whole, topology=Atlas.of(surface.tiles).topology(surface.topology))
+
+
+def staged_original(surface: Surface) -> "Callable[[str], Texture]":
+    """What is rendered of the scans, by the name of an expression or ``neutral``."""
+
+    def values(kind: MapKind, tile: int, name: str) -> NDArray[np.float32]:
+        return kind.values(surface.parts[kind.name, tile].texture(name))
+
+    return _skin(surface, values)
+
+
+def staged_candidate(surface: Surface, path: Path) -> "Candidate":
+    """A pack, or a second character in its place; as :func:`facezip.commands.candidates.candidate`.
+
+    Raises
+    ------
+    FaceZipError
+        What the readers raise, and ``UNKNOWN_NAME`` or ``SIZE_MISMATCH`` where it does not belong to ``surface``.
+    """
+    from render.validation import Candidate
+
+    if is_pack(path):
+        model = read_surface(path)
+        _check_same(surface, path, model)
+        errors = surface_errors(surface, model)
+        facts = pack_facts(path, read_any_manifest(path))
+        return Candidate(path.stem, _skin(surface, _of_model(model)), {**facts, **_errors(errors)})
+    other = load_surface(path)
+    _check_same(surface, path, other)
+    raw = SurfaceFootprint.of_scans(other).bytes_raw
+    facts = {"method": "textures", "bytes_on_gpu": raw, "bytes_on_disk": None, "bytes_raw": raw, "fetches": None}
+    errors = texture_surface_errors(surface, other)
+    return Candidate(other.whole.name, staged_original(other), {**facts, **_errors(errors)})
+
+
+def _of_model(model: CompressedSurface) -> Values:
+    def values(kind: MapKind, tile: int, name: str) -> NDArray[np.float32]:
+        return model.blend(kind, tile, {} if name == NEUTRAL else {name: 1.0})
+
+    return values
+
+
+def _skin(surface: Surface, values: Values) -> "Callable[[str], Texture]":
+    from render.skins import RENDERED, SkinMaps
+
+    atlas, kinds = Atlas.of(surface.tiles), [kind for kind in surface.maps if kind.name in RENDERED]
+
+    def skin(name: str) -> "Texture":
+        joined = {kind.name: atlas.joined({tile: values(kind, tile, name) for tile in surface.tiles}) for kind in kinds}
+        # One light path shades any number of albedos at the price of one.
+        return SkinMaps(**joined) if len(joined) > 1 else np.clip(joined[ALBEDO], 0, 1)
+
+    return skin
+
+
+def _errors(errors: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    albedo = errors[ALBEDO]
+    per_expression = albedo["rmse_per_expression"]
+    return {"texture_rmse": albedo["rmse"], "texture_rmse_per_expression": per_expression, "map_errors": errors}
+
+
+def _check_same(surface: Surface, path: Path, other: Surface | CompressedSurface) -> None:
+    whole = surface.whole
+    missing = [name for name in whole.expressions if name not in other.whole.expressions]
+    if missing:
+        raise FaceZipError(
+            ErrorCode.UNKNOWN_NAME, f"{path}: has no expression '{missing[0]}'; was it made from {whole.name}?"
+        )
+    for (name, tile), part in surface.parts.items():
+        theirs = other.parts.get((name, tile))
+        if theirs is None or theirs.neutral.shape != part.neutral.shape:
+            found = (
+                "is missing" if theirs is None else f"has {theirs.neutral.shape[1]}x{theirs.neutral.shape[0]} texels"
+            )
+            raise FaceZipError(
+                ErrorCode.SIZE_MISMATCH,
+                f"{path}: its {name} on tile {tile} {found}, {whole.name} has "
+                f"{part.neutral.shape[1]}x{part.neutral.shape[0]}; compress it again",
+            )

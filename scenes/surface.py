@@ -1,0 +1,82 @@
+"""The embedded character with all its maps, and on several UDIM tiles."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.character import Character
+from facezip.progress import track
+from facezip.surface.maps import ALBEDO, KNOWN, normals_of
+from facezip.surface.scans import FIRST_TILE, Surface, shifted
+from facezip.textures import Texels
+from scenes.character import Person, captures, make_character
+from scenes.face.capture import Nuisances, captured
+from scenes.face.expressions import expression_weights
+
+MAPS = ("normal", "roughness")
+
+
+def make_surface(
+    resolution: int = 512, expressions: int = 20, seed: int = 0, nuisances: float = 1.0, tiles: tuple[int, int] = (1, 1)
+) -> Surface:
+    """Scans of the embedded character with albedo, normals and roughness of 8 bits, misregistered alike.
+
+    Parameters
+    ----------
+    resolution, expressions, seed, nuisances : as of :func:`scenes.character.make_character`, whose albedo this is.
+    tiles : columns and rows of UDIM tiles that its chart is spread over, at most 10 columns; both divide
+        ``resolution``.
+
+    Raises
+    ------
+    FaceZipError
+        ``BAD_VALUE`` for a size or number outside its range.
+    """
+    albedo = make_character(resolution, expressions, seed, nuisances)
+    person = Person.make(resolution, seed)
+    named = expression_weights(expressions, seed)
+    steady = replace(Nuisances().scaled(nuisances), drift=0.0)
+    stacks: dict[str, list[Texels]] = {name: [] for name in MAPS}
+    scans = captures(person, named, nuisances)
+    for weights, (_, rng) in zip(({}, *named.values()), track(scans, "Making the maps", 1 + len(named)), strict=True):
+        found = person.relief(weights)
+        encoded = np.concatenate([(normals_of(found.slopes) + 1) / 2, found.roughness], axis=2)
+        seen = np.rint(captured(encoded, steady, rng, registered=not weights) * 255)
+        vectors = _unit(2 * seen[..., :3] / 255 - 1)
+        stacks["normal"].append(np.rint(KNOWN["normal"].fitted(vectors) * 65535).astype(np.uint16))
+        stacks["roughness"].append(seen[..., 3:].astype(np.uint8))
+    parts = {(ALBEDO, FIRST_TILE): albedo}
+    for name, stack in stacks.items():
+        textures: Any = np.stack(stack[1:])
+        parts[name, FIRST_TILE] = replace(albedo, neutral=stack[0], textures=textures)
+    kinds = tuple(KNOWN[name] for name in (ALBEDO, *MAPS))
+    return in_tiles(Surface(albedo.topology, kinds, parts), *tiles)
+
+
+def in_tiles(surface: Surface, columns: int, rows: int) -> Surface:
+    """A surface of one tile, its chart cut into a grid of UDIM tiles, each with its part of the texels."""
+    if (columns, rows) == (1, 1):
+        return surface
+    topology = replace(surface.topology, uv=surface.topology.uv * np.array([columns, rows], np.float32))
+    parts = {}
+    for row in range(rows):
+        for column in range(columns):
+            tile = FIRST_TILE + column + 10 * row
+            for (name, _), part in surface.parts.items():
+                parts[name, tile] = _cut(replace(part, topology=shifted(topology, tile)), column, row, columns, rows)
+    return Surface(topology, surface.maps, parts)
+
+
+def _cut(part: Character, column: int, row: int, columns: int, rows: int) -> Character:
+    height, width = part.resolution[0] // rows, part.resolution[1] // columns
+    # Row 0 of a texture is its top, tiles count from below.
+    down, across = slice((rows - 1 - row) * height, (rows - row) * height), slice(column * width, (column + 1) * width)
+    mask = None if part.mask is None else part.mask[down, across]
+    return replace(part, neutral=part.neutral[down, across], textures=part.textures[:, down, across], mask=mask)
+
+
+def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float32]:
+    length = np.sqrt(np.square(vectors).sum(axis=2, keepdims=True))
+    return (vectors / np.maximum(length, 1e-6)).astype(np.float32)

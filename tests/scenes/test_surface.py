@@ -1,0 +1,58 @@
+import numpy as np
+import pytest
+
+from facezip.surface.maps import angles
+from facezip.surface.scans import FIRST_TILE
+from scenes.character import Person, captures, make_character
+from scenes.face.capture import Nuisances, captured
+from scenes.face.expressions import EXPRESSIONS
+from scenes.surface import make_surface
+
+
+@pytest.fixture(scope="module")
+def surface():
+    return make_surface(128, 3)
+
+
+def test_its_albedo_is_the_embedded_characters(surface):
+    np.testing.assert_array_equal(surface.whole.textures, make_character(128, 3).textures)
+
+
+def test_without_nuisances_the_maps_are_the_truth():
+    surface, person = make_surface(128, 2, nuisances=0), Person.make(128)
+    for name in surface.whole.expressions:
+        truth = person.relief(EXPRESSIONS[name])
+        for kind in surface.maps[1:]:
+            part = surface.parts[kind.name, FIRST_TILE]
+            seen = kind.values(part.texture(name))
+            if kind.is_normal:
+                p, q = np.moveaxis(truth.slopes, 2, 0)
+                expected = np.stack([p, q, np.ones_like(p)], 2) / np.sqrt(1 + p**2 + q**2)[..., None]
+                assert angles(seen, expected.astype(np.float32)).max() < 0.6
+            else:
+                assert np.abs(seen - truth.roughness).max() < 0.6 / 255
+
+
+def test_further_maps_of_a_capture_are_misregistered_as_its_albedo_is():
+    person, named = Person.make(64), {"smile": EXPRESSIONS["smile"], "frown": EXPRESSIONS["frown"]}
+    for weights, (albedo, again) in zip(({}, *named.values()), captures(person, named, 1.0), strict=True):
+        repeated = captured(person.texture(weights), Nuisances(), again, registered=not weights)
+        np.testing.assert_array_equal(np.rint(repeated * 255), albedo)
+
+
+def test_folds_tilt_normals_where_they_darken_the_skin(surface):
+    exact = make_surface(256, 4, nuisances=0)
+    normal, albedo = (exact.parts[name, FIRST_TILE] for name in ("normal", "albedo"))
+    n = albedo.index("frown")
+    dark = (albedo.neutral.astype(float) - albedo.textures[n]).mean(axis=2)
+    tilt = np.abs(normal.textures[n].astype(float) - normal.neutral).sum(axis=2)
+    deep = dark > np.quantile(dark, 0.995)
+    assert tilt[deep].mean() > 8 * tilt[~deep].mean()
+
+
+def test_tiles_hold_the_same_texels():
+    cut = make_surface(128, 2, tiles=(2, 2))
+    whole = make_surface(128, 2)
+    np.testing.assert_array_equal(
+        cut.parts["normal", 1012].textures, whole.parts["normal", FIRST_TILE].textures[:, :64, 64:]
+    )
