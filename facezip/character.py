@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip import scratch
 from facezip.decoding import stated_size
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.meshes import Topology, read_obj, write_obj
@@ -136,11 +137,11 @@ def _load_folder(folder: Path) -> Character:
     neutral_vertices, topology = read_obj(folder / f"{NEUTRAL}.obj")
     neutral = read_texture(texture_path(folder, NEUTRAL))
     vertices = np.empty((len(names), *neutral_vertices.shape), np.float32)
-    textures: Texels = np.empty((len(names), *neutral.shape), neutral.dtype)
+    textures: Texels = scratch.empty((len(names), *neutral.shape), neutral.dtype)
 
     def read(n: int) -> None:
         vertices[n] = vertices_like(folder / f"{names[n]}.obj", neutral_vertices, topology)
-        textures[n] = _texture_like(folder, names[n], neutral)
+        _read_like(folder, names[n], neutral, textures[n])
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for _ in track(pool.map(read, range(len(names))), "Reading the character", len(names)):
@@ -249,15 +250,14 @@ def vertices_like(path: Path, neutral: NDArray[np.float32], topology: Topology) 
     return vertices
 
 
-def _texture_like(folder: Path, name: str, neutral: Texels) -> Texels:
+def _read_like(folder: Path, name: str, neutral: Texels, into: Texels) -> None:
     path = texture_path(folder, name)
-    texture = read_texture(path)
-    if texture.shape != neutral.shape or texture.dtype != neutral.dtype:
+    texture = read_texture(path, into)
+    if texture is not into:
         raise FaceZipError(
             ErrorCode.SIZE_MISMATCH,
             f"{path}: {kind_of(texture)}, the neutral is {kind_of(neutral)}; export both alike",
         )
-    return texture
 
 
 def kind_of(texture: Texels) -> str:
@@ -273,12 +273,12 @@ def _mask(folder: Path, neutral: Texels) -> NDArray[np.float32] | None:
 
 def mask_of(texels: Texels, neutral: Texels, path: Path) -> NDArray[np.float32]:
     """The face region ``(H, W)`` that an image at ``path`` says: of the neutral's size, and not black everywhere."""
-    mask = to_float(texels)[:, :, 0]
+    mask = to_float(texels[:, :, 0])
     if mask.shape != neutral.shape[:2]:
         raise FaceZipError(
             ErrorCode.SIZE_MISMATCH,
             f"{path}: {mask.shape[1]}x{mask.shape[0]}, the textures differ; resize the mask",
         )
-    if mask.max() == 0:
+    if texels[:, :, 0].max() == 0:
         raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: the mask is black everywhere; paint the face region white")
     return mask

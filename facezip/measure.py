@@ -10,7 +10,7 @@ from facezip.character import Character
 from facezip.fragments import texel_scale
 from facezip.model import CompressedTextures, bilinear_taps
 from facezip.progress import track
-from facezip.rows import map_rows, sum_rows
+from facezip.rows import by_rows, map_rows, sum_rows
 from facezip.runs import RUN, expand_row, mix_rows
 from facezip.samples import samples_of
 
@@ -31,15 +31,18 @@ def texture_errors(character: Character, texture: Callable[[str], NDArray[np.flo
 def model_errors(character: Character, model: CompressedTextures) -> dict[str, float]:
     """:func:`texture_errors` of ``model.reconstruct``, of all expressions in one pass without any whole texture."""
     names = character.expressions
-    weights = model.weights[[model.expressions.index(name) for name in names]]
-    rows = np.ascontiguousarray(weights.transpose(1, 3, 0, 2))
+    chosen = [model.expressions.index(name) for name in names]
+    weights = model.weights.transpose(1, 3, 0, 2)
+    h, slots, _, w = weights.shape
+    rows = by_rows(lambda some: weights[some][:, :, chosen], (h, slots, len(chosen), w), np.float32)
     height, width = character.resolution
     taps = *bilinear_taps(height, rows.shape[0]), *bilinear_taps(width, rows.shape[3])
     samples = samples_of(character)
     stored = samples.textures, samples.scale, samples.importance, model.neutral, model.differences, rows
 
     total = sum_rows(lambda top, bottom: _squared_errors(top, bottom, *stored, *taps), height)
-    texels = samples.importance.sum(dtype=np.float64) * model.neutral.shape[2]
+    counts = map_rows(lambda top, bottom: samples.importance[top:bottom].sum(dtype=np.float64), height)
+    texels = np.sum(counts) * model.neutral.shape[2]
     return dict(zip(names, (255 * np.sqrt(total / texels)).tolist(), strict=True))
 
 

@@ -8,6 +8,7 @@ At the end the weights are rounded to what a pack stores, and the textures fitte
 """
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from facezip.character import Character
 from facezip.model import CompressedTextures
 from facezip.progress import track
 from facezip.quantise import STEPS, best_ranges, rounded_weights
-from facezip.rows import map_rows
+from facezip.rows import by_rows, map_rows
 from facezip.samples import BESIDE_THE_FACE, Samples, samples_of, thinned
 from facezip.sweep import solve_textures, weight_system
 from facezip.weights import SMOOTHNESS, WeightSystem, solve_weights
@@ -52,12 +53,14 @@ def refine(
 
 def as_stored(weights: NDArray[np.float32]) -> NDArray[np.float32]:
     """Weight maps ``(h, R, N, w)`` as a pack gives them back, ``(N, h, w, R)``."""
-    return rounded_weights(np.ascontiguousarray(weights.transpose(2, 0, 3, 1)))
+    turned = weights.transpose(2, 0, 3, 1)
+    return rounded_weights(by_rows(lambda rows: turned[:, rows], turned.shape, np.float32, axis=1))
 
 
 def fitted(character: Character, samples: Samples, stored: NDArray[np.float32]) -> CompressedTextures:
     """The difference textures, rounded to what a pack stores, that fit best to stored weight maps ``(N, h, w, R)``."""
-    weights = np.ascontiguousarray(stored.transpose(1, 3, 0, 2))
+    turned = stored.transpose(1, 3, 0, 2)
+    weights = by_rows(lambda rows: turned[rows], turned.shape, np.float32)
     ranges = best_ranges(solve_textures(samples, weights), samples.importance)
     return CompressedTextures(
         neutral=character.texture("neutral"),
@@ -114,9 +117,13 @@ def joint_system(
         weight_system(samples, weights, textures[k] if textures else None) for k, samples in enumerate(maps)
     )
     for other in others:
-        total.matrix[:] += other.matrix
-        total.right[:] += other.right
+        map_rows(partial(_add, total, other), len(total.right))
     return total
+
+
+def _add(total: WeightSystem, other: WeightSystem, top: int, bottom: int) -> None:
+    total.matrix[top:bottom] += other.matrix[top:bottom]
+    total.right[top:bottom] += other.right[top:bottom]
 
 
 def balanced_start(
@@ -128,26 +135,37 @@ def balanced_start(
     large values where the other is small, so that both use the few steps of 8 bits well. The fit stays near it.
     """
     count, slots = components.shape
-    uniform = np.empty((grid[0], slots, count, grid[1]), np.float32)
-    uniform[:] = components.T[None, :, :, None]
-    ones = [np.ones((slots, *samples.neutral.shape), np.float32) for samples in maps]
-    energy = joint_system(maps, uniform).matrix[:, :, :, 4].transpose(0, 3, 1, 2)
-    texels = joint_system(maps, uniform, ones).matrix[:, 0, 0, 4]
-    energy = energy / np.maximum(texels, 1e-3 * texels.max())[:, :, None, None]
-    floor = 1e-3 * np.trace(energy, axis1=2, axis2=3).mean() / slots
-    values, vectors = np.linalg.eigh(energy.astype(np.float64))
-    root = np.power(np.maximum(values, 0) + max(floor, 1e-30), 0.25)
-    gauge = (vectors * root[:, :, None, :]) @ vectors.swapaxes(2, 3)
-    weights: NDArray[np.float32] = np.einsum("hwij,hjnw->hinw", gauge.astype(np.float32), uniform)
-    return np.ascontiguousarray(weights)
+    shape, row = (grid[0], slots, count, grid[1]), components.T[None, :, :, None]
+    uniform = by_rows(lambda rows: row, shape, np.float32)
+    energies = joint_system(maps, uniform).matrix
+    texels = joint_system(maps, uniform, [_ones(samples, slots) for samples in maps]).matrix[:, 0, 0, 4].copy()
+    floored = np.maximum(texels, 1e-3 * texels.max())
+
+    def energy(rows: slice) -> NDArray[np.float32]:
+        here: NDArray[np.float32] = energies[rows, :, :, 4].transpose(0, 3, 1, 2) / floored[rows, :, None, None]
+        return here
+
+    traces = by_rows(lambda rows: np.trace(energy(rows), axis1=2, axis2=3), grid, np.float32)
+    floor = max(1e-3 * traces.mean() / slots, 1e-30)
+
+    def balanced(rows: slice) -> NDArray[np.float32]:
+        values, vectors = np.linalg.eigh(energy(rows).astype(np.float64))
+        root = np.power(np.maximum(values, 0) + floor, 0.25)
+        gauge = (vectors * root[:, :, None, :]) @ vectors.swapaxes(2, 3)
+        mixed: NDArray[np.float32] = np.einsum("hwij,hjnw->hinw", gauge.astype(np.float32), uniform[rows])
+        return mixed
+
+    return by_rows(balanced, shape, np.float32)
+
+
+def _ones(samples: Samples, slots: int) -> NDArray[np.float32]:
+    one, shape = np.ones(1, np.float32), (slots, *samples.neutral.shape)
+    return by_rows(lambda rows: one, shape, np.float32, axis=1)
 
 
 def _extrapolated(weights: NDArray[np.float32], before: NDArray[np.float32]) -> NDArray[np.float32]:
-    ahead = np.empty_like(weights)
+    def ahead(rows: slice) -> NDArray[np.float32]:
+        here: NDArray[np.float32] = weights[rows]
+        return here + np.float32(MOMENTUM) * (here - before[rows])
 
-    def rows(top: int, bottom: int) -> None:
-        here = weights[top:bottom]
-        ahead[top:bottom] = here + np.float32(MOMENTUM) * (here - before[top:bottom])
-
-    map_rows(rows, len(weights))
-    return ahead
+    return by_rows(ahead, weights.shape, np.float32)

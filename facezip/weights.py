@@ -10,7 +10,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from facezip.rows import map_rows, sum_rows
+from facezip import scratch
+from facezip.rows import by_rows, map_rows, sum_rows
 
 # Warm started: more steps would solve exactly what the next alternation changes again.
 STEPS = 3
@@ -37,7 +38,7 @@ class WeightSystem:
     def zeros(cls, shape: tuple[int, ...]) -> "WeightSystem":
         """No equation yet for weights of ``shape`` ``(h, R, N, w)``."""
         h, slots, _, w = shape
-        return cls(np.zeros((h, slots, slots, 9, w), np.float32), np.zeros(shape, np.float32))
+        return cls(scratch.zeros((h, slots, slots, 9, w), np.float32), scratch.zeros(shape, np.float32))
 
     @property
     def mean_diagonal(self) -> float:
@@ -46,21 +47,26 @@ class WeightSystem:
 
     def regularised(self, unit: float, smoothness: float = SMOOTHNESS) -> "WeightSystem":
         """The system of the error plus ``smoothness · unit · ‖∇W‖² + RIDGE · unit · ‖W‖²``."""
-        matrix, slots = self.matrix.copy(), np.arange(self.matrix.shape[1])
+        height, slots = len(self.matrix), np.arange(self.matrix.shape[1])
         smoothness = smoothness * unit
-        diagonal = matrix[:, slots, slots]
-        for here, rows, columns in (
-            (1, slice(1, None), slice(None)),
-            (7, slice(None, -1), slice(None)),
-            (3, slice(None), slice(1, None)),
-            (5, slice(None), slice(None, -1)),
-        ):
-            diagonal[rows, :, here, columns] -= smoothness
-            diagonal[rows, :, 4, columns] += smoothness
-        # A grid where no texel counts at all would be singular.
-        diagonal[:, :, 4] += max(RIDGE * unit, 1e-30)
-        matrix[:, slots, slots] = diagonal
-        return WeightSystem(matrix, self.right)
+
+        def tied(block: slice) -> NDArray[np.float32]:
+            matrix = self.matrix[block].copy()
+            diagonal = matrix[:, slots, slots]
+            for here, rows, columns in (
+                (1, slice(1 if block.start == 0 else 0, None), slice(None)),
+                (7, slice(None, -1 if block.stop == height else None), slice(None)),
+                (3, slice(None), slice(1, None)),
+                (5, slice(None), slice(None, -1)),
+            ):
+                diagonal[rows, :, here, columns] -= smoothness
+                diagonal[rows, :, 4, columns] += smoothness
+            # A grid where no texel counts at all would be singular.
+            diagonal[:, :, 4] += max(RIDGE * unit, 1e-30)
+            matrix[:, slots, slots] = diagonal
+            return matrix
+
+        return WeightSystem(by_rows(tied, self.matrix.shape, np.float32), self.right)
 
 
 def solve_weights(system: WeightSystem, start: NDArray[np.float32]) -> tuple[NDArray[np.float32], float]:
@@ -73,9 +79,10 @@ def solve_weights(system: WeightSystem, start: NDArray[np.float32]) -> tuple[NDA
     """
     rows = len(start)
     # The preconditioner: the inverse of what each texel's weights have to do with themselves.
-    inverse = np.empty((rows, *system.matrix.shape[1:3], start.shape[3]), np.float32)
-    map_rows(lambda top, bottom: _invert(system.matrix[top:bottom, :, :, 4], inverse[top:bottom]), rows)
-    weights, conditioned, image = start.copy(), np.empty_like(start), np.empty_like(start)
+    shape = rows, *system.matrix.shape[1:3], start.shape[3]
+    inverse = by_rows(lambda some: _inverted(system.matrix[some, :, :, 4]), shape, np.float32)
+    weights = by_rows(lambda some: start[some], start.shape, np.float32)
+    conditioned, image = (scratch.empty(start.shape, np.float32) for _ in range(2))
     length, turn = np.zeros(start.shape[2], np.float32), np.zeros(start.shape[2], np.float32)
 
     def multiply(top: int, bottom: int) -> NDArray[np.float64]:
@@ -86,10 +93,10 @@ def solve_weights(system: WeightSystem, start: NDArray[np.float32]) -> tuple[NDA
 
     direction = weights
     sum_rows(multiply, rows)
-    residual = system.right - image
-    explained = float(np.vdot(start, system.right + residual))
+    residual = by_rows(lambda some: system.right[some] - image[some], start.shape, np.float32)
+    explained = sum(map_rows(lambda top, bottom: _explained(start, system.right, residual, top, bottom), rows))
     energy = sum_rows(condition, rows)
-    direction = conditioned.copy()
+    direction = by_rows(lambda some: conditioned[some], start.shape, np.float32)
     for _ in range(STEPS):
         length[:] = _ratio(energy, sum_rows(multiply, rows))
         map_rows(lambda top, bottom: _advance(top, bottom, length, direction, image, weights, residual), rows)
@@ -99,8 +106,15 @@ def solve_weights(system: WeightSystem, start: NDArray[np.float32]) -> tuple[NDA
     return weights, explained
 
 
-def _invert(blocks: NDArray[np.float32], out: NDArray[np.float32]) -> None:
-    out[:] = np.linalg.inv(blocks.transpose(0, 3, 1, 2)).transpose(0, 2, 3, 1)
+def _explained(
+    start: NDArray[np.float32], right: NDArray[np.float32], residual: NDArray[np.float32], top: int, bottom: int
+) -> float:
+    return float(np.vdot(start[top:bottom], right[top:bottom] + residual[top:bottom]))
+
+
+def _inverted(blocks: NDArray[np.float32]) -> NDArray[np.float32]:
+    inverse: NDArray[np.float32] = np.linalg.inv(blocks.transpose(0, 3, 1, 2)).transpose(0, 2, 3, 1)
+    return inverse
 
 
 def _ratio(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float32]:

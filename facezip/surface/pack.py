@@ -23,6 +23,7 @@ from facezip.pack import (
     inside,
     read_meshes,
     read_verified,
+    stacked_images,
     write_meshes,
     write_pack,
 )
@@ -157,11 +158,8 @@ def _read_tile(folder: Path, manifest: SurfaceManifest, tile: StoredTile) -> Ite
     shared: NDArray[np.float32] | None = None
     for kind, texture in zip(manifest.maps, tile.textures, strict=True):
         shape = (*texture.size, kind.stored_channels)
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
-            images = pool.map(
-                lambda file, shape=shape: checked_image(folder, file, shape, "uint8"), tile.difference_files(kind.name)
-            )
-            differences = np.stack([image[..., : kind.channels] for image in images]).astype(np.uint8, copy=False)
+        images = stacked_images(folder, tile.difference_files(kind.name), shape)
+        differences = images if kind.channels == kind.stored_channels else images[..., : kind.channels].copy()
         file = tile.neutral_file(kind.name)
         neutral = checked_image(folder, file, shape, f"uint{texture.neutral_bits}")
         scale = np.array(texture.difference_scale, np.float32) / np.float32(kind.kind.unit)
