@@ -40,8 +40,8 @@ TOLERANCE = 0.25
 SURE = 0.5
 # Residuals of neighbouring texels are not independent: so many count as one.
 CORRELATED = 16
-# Rows of the smaller image that are made at a time.
-REDUCED_ROWS = 64
+# Rows of a texture that are reduced at a time.
+ROWS = 256
 # Side of the neighbourhood whose mean is taken away, in texels of a level.
 NEIGHBOURHOOD = 9
 # Added to values in [0, 1] before the logarithm, so that the noise of black texels does not count.
@@ -175,8 +175,9 @@ def _solved(sums: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.
 def _reduced(texels: NDArray[Any], factor: int) -> NDArray[np.float32]:
     """The mean ``(H / factor, W / factor)`` over channels and blocks of factor x factor; a part block is left out."""
     out = np.empty((texels.shape[0] // factor, texels.shape[1] // factor), np.float32)
-    for top in range(0, len(out), REDUCED_ROWS):
-        out[top : top + REDUCED_ROWS] = _means(texels[top * factor : (top + REDUCED_ROWS) * factor], factor)
+    rows = -(-ROWS // factor)
+    for top in range(0, len(out), rows):
+        out[top : top + rows] = _means(texels[top * factor : (top + rows) * factor], factor)
         scratch.ease()
     return out
 

@@ -219,7 +219,9 @@ def _check_sizes(folder: Path, names: tuple[str, ...]) -> None:
                 ErrorCode.SIZE_MISMATCH,
                 f"{path}: {width}x{height}, the neutral is {sizes[0][1]}x{sizes[0][0]}; export both alike",
             )
-    check_expansion(folder, sum(size[2] for size in sizes), sum(path.stat().st_size for path in paths), SPARE)
+    decoded = sum(size[2] for size in sizes)
+    check_expansion(folder, decoded, sum(path.stat().st_size for path in paths), SPARE)
+    scratch.check(decoded // sizes[0][0])
 
 
 def texture_path(folder: Path, name: str) -> Path:

@@ -20,8 +20,10 @@ from numpy.typing import DTypeLike, NDArray
 
 from facezip.errors import ErrorCode, FaceZipError
 
-# What Python, the libraries and compiled kernels take, and the work on a few rows; measured, and then some.
-LEAST = 640 * 2**20
+# What Python, the libraries and compiled kernels take: 290 MB measured, and then some ...
+LEAST = 400_000_000
+# ... and for every core some rows of all textures: what a block of them is read from and worked on.
+ROWS = 128
 # Of the limit: an array that is larger goes to a file, and resident pages beyond that share are let go.
 LARGE = 1 / 128
 FULL = 5 / 8
@@ -74,7 +76,7 @@ def limited(memory: int | None, folder: Path | None = None) -> Iterator[None]:
 
     Parameters
     ----------
-    memory : bytes; below ``LEAST`` more will be resident than that.
+    memory : bytes; too few are refused where sizes are known (:func:`check`).
     folder : where the files are; None for the system's temporary folder.
     """
     global _limit
@@ -83,6 +85,21 @@ def limited(memory: int | None, folder: Path | None = None) -> Iterator[None]:
         yield
     finally:
         _limit = before
+
+
+def check(row_bytes: int) -> None:
+    """Raise ``BAD_VALUE``, naming the least that works, where a limit is too small for textures of such rows.
+
+    Parameters
+    ----------
+    row_bytes : bytes of one row of all textures together.
+    """
+    least = LEAST + (os.cpu_count() or 1) * ROWS * row_bytes
+    if _limit is not None and _limit.memory < least:
+        raise FaceZipError(
+            ErrorCode.BAD_VALUE,
+            f"memory of {_limit.memory / 1e6:.0f}M: these textures need {-(-least // 10**6)}M at least",
+        )
 
 
 def empty(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:

@@ -1,5 +1,6 @@
 """``facezip compress``: a character in, a pack out, with the error of what was written."""
 
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 from click.core import ParameterSource
 from numpy.typing import NDArray
 
+from facezip import scratch
 from facezip.alignment import alignments
 from facezip.character import Character
 from facezip.choice import Choice, choose
@@ -25,10 +27,13 @@ from facezip.model import CompressedTextures
 from facezip.names import printable
 from facezip.pack import read_pack, write_pack
 from facezip.surface.folder import load_surface
+from facezip.surface.layout import is_layered
 from facezip.textures import read_values
 
 # In the order in which a pack states them.
 FIT = ("method", "differences", "weight_scale", "masks", "restarts", "seed")
+# Those that hold nothing as large as a texture.
+STREAMED = ("refined", "pca")
 GOALS = ("target_rmse", "budget_mb")
 
 
@@ -72,6 +77,7 @@ def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
     "--map-weight", "map_weights", multiple=True, metavar="MAP=W", help="How much a map counts.  [default: 1]"
 )
 @click.option("--float", "keep_floats", is_flag=True, help="Keep floats outside 0..1, with their range.")
+@options.memory
 @options.overwrite
 @options.as_json
 @click.pass_context
@@ -83,6 +89,7 @@ def command(
     importance: Path | None,
     map_weights: tuple[str, ...],
     keep_floats: bool,
+    memory: int | None,
     overwrite: bool,
     as_json: bool,
     **settings: Any,
@@ -94,18 +101,26 @@ def command(
     NAME.specular.png and NAME.cavity.png beside them share the weight maps; NAME.1001.png … are UDIM tiles.
     """
     check_together(given(context), settings, importance)
-    document = compress_into(
-        character,
-        output,
-        settings,
-        overwrite,
-        importance,
-        parse_map_weights(map_weights),
-        keep_floats,
-        lambda line: click.echo(line, err=True),
-    )
+    if memory is not None:
+        _check_streamed(character, settings, importance, keep_floats)
+    with scratch.limited(memory, scratch_folder(output)):
+        document = compress_into(
+            character,
+            output,
+            settings,
+            overwrite,
+            importance,
+            parse_map_weights(map_weights),
+            keep_floats,
+            lambda line: click.echo(line, err=True),
+        )
     lines = layered_lines if "errors" in document else _lines
     options.answer(document, as_json, lambda: lines(document))
+
+
+def scratch_folder(output: Path) -> Path | None:
+    """Where arrays wait: on the disk of the output, or where ``TMPDIR`` says; often the system's folder is memory."""
+    return None if os.environ.get("TMPDIR") else next(path for path in output.absolute().parents if path.is_dir())
 
 
 def given(context: click.Context) -> set[str]:
@@ -122,6 +137,15 @@ def check_together(names: set[str], settings: Mapping[str, Any], importance: Pat
         raise click.UsageError("--target-rmse, --budget-mb and --importance need --method refined")
     if method == "refined" and names & {"masks", "restarts"}:
         raise click.UsageError("--masks and --restarts are of the paper's method: add --method paper")
+
+
+def _check_streamed(character: Path, settings: Mapping[str, Any], importance: Path | None, keep_floats: bool) -> None:
+    """Refuse what would not keep to ``--memory``."""
+    if settings["method"] not in STREAMED or importance or any(settings[goal] is not None for goal in GOALS):
+        methods = " or ".join(STREAMED)
+        raise click.UsageError(f"--memory is for --method {methods} of a given size, without --importance")
+    if character.suffix.lower() == ".glb" or keep_floats or is_layered(character):
+        raise click.UsageError("--memory is for a folder of one albedo on one tile, of values within 0 and 1")
 
 
 def compress_into(
