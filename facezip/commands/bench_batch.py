@@ -134,7 +134,7 @@ def _cluster(workers: int) -> Iterator["LocalCluster"]:
         raise FaceZipError(
             ErrorCode.NO_SCHEDULER, "bench batch: dask is not installed; pip install 'facezip[cluster]'"
         ) from None
-    quiet = {"dashboard_address": None, "silence_logs": logging.CRITICAL}
+    quiet = {"dashboard_address": "127.0.0.1:0", "silence_logs": logging.CRITICAL}
     with LocalCluster(n_workers=workers, threads_per_worker=1, host="127.0.0.1", **quiet) as cluster:
         yield cluster
 
