@@ -1,6 +1,5 @@
 """The pack on disk: written whole or not at all, verified before use, readable by an engine without this code."""
 
-import os
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from facezip import manifest as manifests
 from facezip.character import check_names
+from facezip.cores import cores
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.footprint import SLOTS_PER_LAYER
 from facezip.manifest import Manifest, StoredFile, bad_pack
@@ -100,7 +100,7 @@ def read_verified(folder: Path, manifest: Manifest) -> CompressedTextures:
 
 
 def _read_maps(folder: Path, manifest: Manifest) -> QuantisedMaps:
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(cores()) as pool:
         differences = list(pool.map(lambda file: _image(folder, file, manifest, "uint8"), difference_files(manifest)))
     return QuantisedMaps(
         neutral=_image(folder, NEUTRAL_FILE, manifest, f"uint{manifest.neutral_bits}"),
@@ -171,7 +171,7 @@ def _write_maps(maps: QuantisedMaps, folder: Path) -> int:
         for first in range(0, maps.weights.shape[3], SLOTS_PER_LAYER):
             slots = maps.weights[..., first : first + SLOTS_PER_LAYER].astype(np.uint8)
             images[f"weights_{first // SLOTS_PER_LAYER}.png" if first else "weights.png"] = atlas(slots, columns)
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(cores()) as pool:
         list(pool.map(lambda file: write_texture(folder / file, images[file]), images))
     return columns
 

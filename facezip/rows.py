@@ -1,12 +1,13 @@
 """Work over the rows of a texture on all cores, with results that do not depend on how many cores there are."""
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+from facezip.cores import cores
 
 Result = TypeVar("Result")
 
@@ -20,7 +21,7 @@ def map_rows(work: Callable[[int, int], Result], height: int) -> list[Result]:
     ``work`` should spend its time in compiled code that releases the interpreter lock.
     """
     blocks = [(top, min(top + BLOCK, height)) for top in range(0, height, BLOCK)]
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(cores()) as pool:
         return list(pool.map(lambda block: work(*block), blocks))
 
 
