@@ -7,7 +7,6 @@ away: neither light nor blood moves it. Wrinkles are structure that the neutral 
 of it, and as slopes are the neutral's alone, the rest is uncorrelated with them.
 """
 
-import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from scipy.ndimage import gaussian_filter, uniform_filter
 
 from facezip import scratch
 from facezip.character import Character
+from facezip.cores import cores
 from facezip.fragments import texel_scale
 from facezip.progress import track
 
@@ -115,7 +115,7 @@ def alignments(character: Character, names: Sequence[str] | None = None, quick: 
         known = float(np.sum(confidence > SURE)) / max(float(np.sum(face > SURE)), 1.0)
         return Alignment(displacement * np.float32(factor), confidence.astype(np.float32), known, unit)
 
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(cores()) as pool:
         found = track(pool.map(one, names), "Checking alignment", len(names))
         return dict(zip(names, found, strict=True))
 

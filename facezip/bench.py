@@ -5,7 +5,6 @@ the same process, on the same files, by the functions and on as many threads as 
 little on the machine and on what else it does.
 """
 
-import os
 import signal
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
@@ -17,6 +16,7 @@ from time import perf_counter
 from typing import Any, TypeVar
 
 from facezip.character import MASK, NEUTRAL, load_character
+from facezip.cores import cores
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.machine import peak_memory
 from facezip.measure import mean_rmse, model_errors
@@ -80,7 +80,7 @@ def _compressed(folder: Path, pack: Path) -> Run:
 
 def _coded(inputs: list[Path], outputs: list[Path], work: Path) -> Run:
     texels = {path.name: read_texture_exactly(path) for path in outputs}
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(cores()) as pool:
         # Nothing is kept of the inputs: reading them again must not add to the memory that compressing took.
         _, decode_s = _timed(lambda: list(pool.map(lambda path: read_texture(path).size, inputs)))
         _, encode_s = _timed(lambda: list(pool.map(lambda name: write_texture(work / name, texels[name]), texels)))

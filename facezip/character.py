@@ -1,6 +1,5 @@
 """A character: one neutral and N expressions, meshes sharing one topology, textures sharing one UV layout."""
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip import scratch
+from facezip.cores import cores
 from facezip.decoding import stated_size
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.meshes import Topology, read_obj, write_obj
@@ -143,7 +143,7 @@ def _load_folder(folder: Path) -> Character:
         vertices[n] = vertices_like(folder / f"{names[n]}.obj", neutral_vertices, topology)
         _read_like(folder, names[n], neutral, textures[n])
 
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(cores()) as pool:
         for _ in track(pool.map(read, range(len(names))), "Reading the character", len(names)):
             pass
     return Character(

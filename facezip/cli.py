@@ -24,7 +24,7 @@ VERBS = {
     "verify": "Check every byte of a pack.",
     "paper": "The paper's table and figures on any character, with our methods beside its own.",
     "rates": "Error against GPU memory: packs, and block compression of every texture.",
-    "bench": "How long the main jobs take on this machine, as ratios.",
+    "bench": "What this project claims, measured on this machine.",
 }
 
 EXIT_CODES = "\b\nExit codes\n" + "\n".join(f"  {code.value}  {code.meaning}" for code in ExitCode)
@@ -50,7 +50,11 @@ class _Verbs(click.Group):
         return command if isinstance(command, click.Command) else None
 
 
-@click.group(cls=_Verbs, epilog=f"{BEGIN}\n\n{EXIT_CODES}", context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    cls=_Verbs,
+    epilog=f"{BEGIN}\n\n{EXIT_CODES}",
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
 @click.version_option(package_name="facezip", message="facezip %(version)s")
 def facezip() -> None:
     """Compress the textures of facial blendshapes, and prove in path-traced images that it cannot be seen.

@@ -1,6 +1,5 @@
 """Where and with what numbers were measured, and how much memory a process took for them."""
 
-import os
 import platform
 import resource
 import sys
@@ -8,11 +7,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from facezip.cores import cores
+
 
 def conditions(libraries: tuple[str, ...]) -> dict[str, Any]:
     """The machine and the versions of Python and of ``libraries``, as every measurement states them."""
     versions = {"Python": platform.python_version(), **{name: version(name) for name in libraries}}
-    return {"processor": _processor(), "cores": os.cpu_count(), "versions": versions}
+    return {"processor": _processor(), "cores": cores(), "versions": versions}
 
 
 def peak_memory() -> int:

@@ -116,9 +116,12 @@ def _squared_errors(
                 start = neutral[y, left : left + run, c].copy()
                 offsets = differences[:, y, left : left + run, c].copy()
                 for n in range(count):
-                    value[:run] = start
-                    for i in range(slots):
-                        _add(offsets[i], weight[i, n], run, value)
+                    if slots == 4:
+                        _sum_of_four(start, offsets, weight[:, n], run, value)
+                    else:
+                        value[:run] = start
+                        for i in range(slots):
+                            _add(offsets[i], weight[i, n], run, value)
                     total[n] += _squared_gap(textures[n, y, left : left + run, c].copy(), scale, value, counts)
     return total
 
@@ -127,6 +130,15 @@ def _squared_errors(
 def _add(a: NDArray[np.float32], b: NDArray[np.float32], run: int, out: NDArray[np.float32]) -> None:
     for x in range(run):
         out[x] += a[x] * b[x]
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _sum_of_four(
+    start: NDArray[np.float32], a: NDArray[np.float32], b: NDArray[np.float32], run: int, out: NDArray[np.float32]
+) -> None:
+    a0, a1, a2, a3, b0, b1, b2, b3 = a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3]
+    for x in range(run):
+        out[x] = start[x] + a0[x] * b0[x] + a1[x] * b1[x] + a2[x] * b2[x] + a3[x] * b3[x]
 
 
 @njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})

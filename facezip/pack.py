@@ -1,6 +1,5 @@
 """The pack on disk: written whole or not at all, verified before use, readable by an engine without this code."""
 
-import os
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from facezip import manifest as manifests
 from facezip import scratch
 from facezip.character import check_names
+from facezip.cores import cores
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.footprint import SLOTS_PER_LAYER
 from facezip.manifest import Manifest, StoredFile, bad_pack
@@ -115,7 +115,7 @@ def _read_maps(folder: Path, manifest: Manifest) -> QuantisedMaps:
 def stacked_images(folder: Path, files: list[str], shape: tuple[int, ...]) -> NDArray[np.uint8]:
     """8-bit images of one ``shape``, one after the other; raises as :func:`checked_image`."""
     images: NDArray[np.uint8] = scratch.empty((len(files), *shape), np.uint8)
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(cores()) as pool:
         list(pool.map(lambda i: checked_image(folder, files[i], shape, "uint8", images[i]), range(len(files))))
     return images
 
@@ -179,7 +179,7 @@ def _write_maps(maps: QuantisedMaps, folder: Path) -> int:
         for first in range(0, maps.weights.shape[3], SLOTS_PER_LAYER):
             slots = maps.weights[..., first : first + SLOTS_PER_LAYER]
             images[f"weights_{first // SLOTS_PER_LAYER}.png" if first else "weights.png"] = atlas(slots, columns)
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(cores()) as pool:
         list(pool.map(lambda file: write_texture(folder / file, images[file]), images))
     return columns
 

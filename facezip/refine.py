@@ -25,6 +25,8 @@ from facezip.weights import SMOOTHNESS, WeightSystem, solve_weights
 
 # Many texels tell the weights in few alternations: that many texels are visited, in 4 to 16 alternations.
 TEXELS_VISITED = 2**24
+# Of more texels a quarter tells the ranges of difference textures.
+MANY_TEXELS = 2**20
 # How much of its last change a new iterate repeats; far fewer alternations reach the same error.
 MOMENTUM = 0.8
 
@@ -61,7 +63,8 @@ def fitted(character: Character, samples: Samples, stored: NDArray[np.float32]) 
     """The difference textures, rounded to what a pack stores, that fit best to stored weight maps ``(N, h, w, R)``."""
     turned = stored.transpose(1, 3, 0, 2)
     weights = by_rows(lambda rows: turned[rows], turned.shape, np.float32)
-    ranges = best_ranges(solve_textures(samples, weights), samples.importance)
+    some = thinned(samples, 2) if samples.importance.size > MANY_TEXELS else samples
+    ranges = best_ranges(solve_textures(some, weights), some.importance)
     return CompressedTextures(
         neutral=character.texture("neutral"),
         differences=solve_textures(samples, weights, ranges / np.float32(STEPS)),

@@ -1,6 +1,5 @@
 """Work over the rows of a texture on all cores, with results that do not depend on how many cores there are."""
 
-import os
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from facezip import scratch
+from facezip.cores import cores
 
 Result = TypeVar("Result")
 
@@ -29,7 +29,7 @@ def each_block(work: Callable[[int, int], Result], height: int) -> Iterator[Resu
         scratch.ease()
         return result
 
-    threads, tops = os.cpu_count() or 1, iter(range(0, height, BLOCK))
+    threads, tops = cores(), iter(range(0, height, BLOCK))
     with ThreadPoolExecutor(threads) as pool:
         waiting = deque(pool.submit(block, top) for top in islice(tops, 2 * threads))
         while waiting:

@@ -219,15 +219,36 @@ def accumulate_run(
                 below[x] += fy * fy * total[x]
             pair += 1
         for n in range(count):
+            above, below = products[0, i, n], products[1, i, n]
+            if channels == 3:
+                _add_products(weighted, differences[:, n], fy, run, above, below)
+                continue
             total[:] = 0
             for c in range(channels):
                 a, b = weighted[c], differences[c, n]
                 for x in range(run):
                     total[x] += a[x] * b[x]
-            above, below = products[0, i, n], products[1, i, n]
             for x in range(run):
                 above[x] += gy * total[x]
                 below[x] += fy * total[x]
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _add_products(
+    a: NDArray[np.float32],
+    b: NDArray[np.float32],
+    fy: np.float32,
+    run: int,
+    above: NDArray[np.float32],
+    below: NDArray[np.float32],
+) -> None:
+    """Three channels at a time: nearly all of an alternation is spent here."""
+    a0, a1, a2, b0, b1, b2 = a[0], a[1], a[2], b[0], b[1], b[2]
+    for x in range(run):
+        total = a0[x] * b0[x] + a1[x] * b1[x] + a2[x] * b2[x]
+        share = fy * total
+        above[x] += total - share
+        below[x] += share
 
 
 @njit(cache=True, nogil=True)

@@ -18,6 +18,7 @@ from weakref import WeakSet
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from facezip.cores import cores
 from facezip.errors import ErrorCode, FaceZipError
 
 # What Python, the libraries and compiled kernels take: 290 MB measured, and then some ...
@@ -94,7 +95,7 @@ def check(row_bytes: int) -> None:
     ----------
     row_bytes : bytes of one row of all textures together.
     """
-    least = LEAST + (os.cpu_count() or 1) * ROWS * row_bytes
+    least = LEAST + cores() * ROWS * row_bytes
     if _limit is not None and _limit.memory < least:
         raise FaceZipError(
             ErrorCode.BAD_VALUE,

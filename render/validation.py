@@ -1,6 +1,5 @@
 """Expressions x views x lights x packs: render what is missing, and gather everything in one document."""
 
-import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from facezip.character import NEUTRAL, Character, check_names
+from facezip.cores import cores
 from facezip.progress import task
 from render.flip import PIXELS_PER_DEGREE
 from render.llvm import start
@@ -68,7 +68,7 @@ class Filler:
         earlier: Path | None = None,
         original: Callable[[str], Texture] | None = None,
     ) -> None:
-        pool, store = ThreadPoolExecutor(os.cpu_count()), ShotStore(folder, earlier)
+        pool, store = ThreadPoolExecutor(cores()), ShotStore(folder, earlier)
         conditions = _conditions(character, settings, start())
         self._run = _Run(character, original or character.texture, candidates, settings, store, conditions, pool)
 
@@ -115,7 +115,7 @@ def validate(
     check_names(character.expressions, character.name)
     begin = perf_counter()
     conditions = _conditions(character, settings, start())
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(cores()) as pool:
         elsewhere = list(distribute((NEUTRAL, *character.expressions)))
         store = ShotStore(folder, earlier)
         run = _Run(character, original or character.texture, candidates, settings, store, conditions, pool)

@@ -1,14 +1,13 @@
 """Who does the tasks: processes of this machine or a dask cluster, behind one ``concurrent.futures.Executor``."""
 
-import os
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from facezip.batch.cores import use_cores
 from facezip.batch.processes import ProcessWorkers, worker_lost
+from facezip.cores import cores, use_cores
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.progress import task
 
@@ -70,11 +69,11 @@ def crew(workers: int | None, scheduler: str | None, tasks: int) -> Iterator[Cre
         with _cluster(scheduler) as executor:
             yield Crew(executor, threads=1)
         return
-    cores = os.cpu_count() or 1
-    count = max(min(workers or cores, tasks), 1)
+    available = cores()
+    count = max(min(workers or available, tasks), 1)
     pool = ProcessWorkers(count)
     try:
-        yield Crew(pool, threads=max(cores // count, 1))
+        yield Crew(pool, threads=max(available // count, 1))
     except BaseException:
         pool.shutdown(cancel_futures=True)
         raise

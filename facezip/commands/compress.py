@@ -46,7 +46,7 @@ def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
                 "--differences", default=4, show_default=True, metavar="R", help="Number of difference textures."
             ),
             click.option(
-                "--weight-scale", default=8, show_default=True, metavar="S", help="Weight maps are S times smaller."
+                "--weight-scale", default=8, show_default=True, metavar="S", help="Weight maps are 1/S as wide."
             ),
             click.option(
                 "--target-rmse", type=float, metavar="X", help="Choose R and S: least memory with at most this error."

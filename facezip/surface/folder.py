@@ -1,6 +1,5 @@
 """Surfaces as folders: ``NAME.png``, ``NAME.normal.png``, ``NAME.1002.png``, ``NAME.roughness.1002.exr`` …"""
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +19,7 @@ from facezip.character import (
     save_character,
     vertices_like,
 )
+from facezip.cores import cores
 from facezip.decoding import stated_size
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.meshes import read_obj, write_obj
@@ -142,7 +142,7 @@ class _Loading:
 
     def surface(self) -> Surface:
         count = len(self._layout.maps) * len(self._layout.tiles) * (1 + len(self._names))
-        with ThreadPoolExecutor(os.cpu_count()) as pool, task("Reading the character", count) as done:
+        with ThreadPoolExecutor(cores()) as pool, task("Reading the character", count) as done:
             self._pool, self._done = pool, done
             maps: list[MapKind] = []
             parts: dict[tuple[str, int], Character] = {}

@@ -1,6 +1,5 @@
 """Surfaces on disk: version 2 of the format, with the guarantees of version 1, which the ordinary case still is."""
 
-import os
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from facezip import manifest as manifests
 from facezip.character import check_names
+from facezip.cores import cores
 from facezip.footprint import SLOTS_PER_LAYER
 from facezip.manifest import Manifest, StoredFile
 from facezip.model import CompressedTextures
@@ -136,7 +136,7 @@ def _write_tile(model: CompressedSurface, tile: int, bits: Mapping[tuple[str, in
     for layer, file in enumerate(stored_tile.weight_files):
         some = first.weights[..., layer * SLOTS_PER_LAYER : (layer + 1) * SLOTS_PER_LAYER]
         images[file] = atlas(some.astype(np.uint8), columns)
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(cores()) as pool:
         list(pool.map(lambda file: write_texture(folder / file, images[file]), images))
     return stored_tile
 

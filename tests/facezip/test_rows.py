@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from facezip import compress, rows
+from facezip import compress
 from facezip.methods import METHODS
 from facezip.rows import map_rows, sum_rows
 from tests.facezip.conftest import random_character
@@ -29,7 +29,7 @@ def test_results_do_not_depend_on_the_number_of_cores(method, monkeypatch):
     character = random_character(side=70)
     models = []
     for cores in (1, 5):
-        monkeypatch.setattr(rows.os, "cpu_count", lambda cores=cores: cores)
+        monkeypatch.setattr("os.cpu_count", lambda cores=cores: cores)
         models.append(compress(character, method, masks=9, restarts=3))
     np.testing.assert_array_equal(models[0].differences, models[1].differences)
     np.testing.assert_array_equal(models[0].weights, models[1].weights)
