@@ -50,11 +50,9 @@ def quantise(model: CompressedTextures, neutral_bits: int = 8) -> QuantisedMaps:
     if ranges is None:
         ranges = _largest(model.differences)
     difference_scale = ranges * np.float32(255 / STEPS)
-    differences = np.empty(model.differences.shape, np.uint8)
-    map_rows(
-        lambda top, bottom: _round_differences(top, bottom, model.differences, ranges, differences),
-        len(differences[0]),
-    )
+    # Kernels read rows as they lie.
+    values, differences = np.ascontiguousarray(model.differences), np.empty(model.differences.shape, np.uint8)
+    map_rows(lambda top, bottom: _round_differences(top, bottom, values, ranges, differences), len(differences[0]))
     return QuantisedMaps(
         _quantise_neutral(model.neutral, neutral_bits), differences, difference_scale, *_weights(model)
     )
@@ -65,10 +63,8 @@ def dequantise(
 ) -> CompressedTextures:
     """The model that a reader of the stored maps sees; inverse of :func:`quantise` up to rounding."""
     steps = maps.difference_scale / np.float32(255)
-    differences = np.empty(maps.differences.shape, np.float32)
-    map_rows(
-        lambda top, bottom: _difference_values(top, bottom, maps.differences, steps, differences), len(differences[0])
-    )
+    stored, differences = np.ascontiguousarray(maps.differences), np.empty(maps.differences.shape, np.float32)
+    map_rows(lambda top, bottom: _difference_values(top, bottom, stored, steps, differences), len(differences[0]))
     weights = maps.weights.astype(np.float32)
     if not maps.uniform:
         weights = weights * (maps.weight_scale / np.float32(255)) + maps.weight_offset

@@ -2,11 +2,12 @@ import pytest
 
 from render.verdict import Limit, Thresholds, verdict
 
-LIMITS = Thresholds(Limit(1.0, 0.05), Limit(3.0, 0.10))
+LIMITS = Thresholds(Limit(1.0, 0.05, 2.0), Limit(3.0, 0.10, 6.0))
 
 
-def render(name, delta_e, flip, decided=True):
-    numbers = {"delta_e_p95": delta_e, "flip": flip, "level": LIMITS.level(delta_e, flip), "decided": decided}
+def render(name, delta_e, flip, decided=True, local=0):
+    level = LIMITS.level(delta_e, flip, local)
+    numbers = {"delta_e_p95": delta_e, "flip": flip, "delta_e_local": local, "level": level, "decided": decided}
     where = {"region": "mouth"} if delta_e else None
     return {"expression": name, "view": "close_up", "light": "side", "spp": 64, "packs": [numbers | {"where": where}]}
 
@@ -20,7 +21,14 @@ def render(name, delta_e, flip, decided=True):
     ],
 )  # fmt: skip
 def test_a_level_begins_where_the_one_before_ends(delta_e, flip, level):
-    assert LIMITS.level(delta_e, flip) == level
+    assert LIMITS.level(delta_e, flip, 0) == level
+
+
+@pytest.mark.parametrize(
+    ("local", "level"), [(1e-9, "indistinguishable"), (2, "indistinguishable"), (2.01, "visible"), (6.01, "fails")]
+)
+def test_a_small_place_is_enough(local, level):
+    assert LIMITS.level(0, 0, local) == level
 
 
 def test_the_worst_render_is_named_with_its_place():
