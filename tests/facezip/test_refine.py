@@ -3,13 +3,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip.baselines import principal_components, principal_weights
+from facezip.baselines import principal_weights
 from facezip.measure import mean_rmse, model_errors
 from facezip.quantise import dequantise, quantise
-from facezip.refine import balanced_start, fit_weights, refine
+from facezip.refine import balanced_start, fit_weights
 from facezip.samples import samples_of
 from facezip.sweep import solve_textures
-from tests.facezip.conftest import random_character
+from tests.facezip.conftest import principal_components, random_character, refine
 
 
 def stored(model):
