@@ -12,18 +12,15 @@ import click
 
 from facezip.batch.workers import crew
 from facezip.commands import options
-from facezip.commands.candidates import candidate
+from facezip.commands.candidates import candidate, staged_character, staged_original
 from facezip.commands.layered import error_words
-from facezip.commands.staged import staged_candidate, staged_character, staged_original
 from facezip.errors import FaceZipError
 from facezip.surface.folder import load_surface
 from facezip.surface.scans import Surface
 from facezip.writing import resumable_folder
 
 if TYPE_CHECKING:
-    from facezip.character import Character
     from render.settings import Settings
-    from render.skins import Texture
     from render.validation import Candidate, Filled, Filler
 
 REPORT_FILE = "report.json"
@@ -71,7 +68,7 @@ def command(
 
     settings = read_settings(config, {key: value for key, value in given.items() if value is not None})
     surface = load_surface(character)
-    candidates = _candidates(surface, packs)
+    candidates = [candidate(surface, path) for path in packs]
 
     def distribute(names: Sequence[str], folder: Path, earlier: Path | None) -> "list[Filled]":
         if workers is None and scheduler is None:
@@ -96,28 +93,15 @@ def _validate_into(
     from render.validation import validate
     from reports.validation import write_validation_report
 
-    scans, original = _stage(surface)
+    scans, original = staged_character(surface), staged_original(surface)
     earlier = output if output.is_dir() else None
     with resumable_folder(output, overwrite, lambda folder: (folder / REPORT_FILE).is_file()) as folder:
         document = validate(
             scans, candidates, folder, settings, earlier, original, lambda names: distribute(names, folder, earlier)
         )
-        document["character"] = surface.facts if original else scans.facts
+        document["character"] = surface.facts
         write_validation_report(document, folder)
     return document
-
-
-def _stage(surface: Surface) -> "tuple[Character, Callable[[str], Texture] | None]":
-    """What the renderer takes for the character, and its own textures where they are more than its albedo."""
-    if surface.ordinary:
-        return surface.whole, None
-    return staged_character(surface), staged_original(surface)
-
-
-def _candidates(surface: Surface, packs: Sequence[Path]) -> "list[Candidate]":
-    if surface.ordinary:
-        return [candidate(surface.whole, path) for path in packs]
-    return [staged_candidate(surface, path) for path in packs]
 
 
 @dataclass(frozen=True)
@@ -147,8 +131,8 @@ def _filler(share: Share) -> "Filler":
     from render.validation import Filler
 
     surface = load_surface(share.character)
-    scans, original = _stage(surface)
-    candidates = _candidates(surface, share.packs)
+    candidates = [candidate(surface, path) for path in share.packs]
+    scans, original = staged_character(surface), staged_original(surface)
     return Filler(scans, candidates, share.folder, share.settings, share.earlier, original)
 
 
