@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 
 from render.metrics import Picture, delta_e_local, delta_e_p95, mean_flip
-from render.verdict import Thresholds
+from render.verdict import DECIDING, Thresholds
 
 # Student's t for a two-sided interval of 95 % from two values.
 _REACH = 12.706
-DECIDING = ("delta_e_p95", "flip", "delta_e_local")
 
 
 def interval(whole: float, halves: Sequence[float]) -> tuple[float, float]:

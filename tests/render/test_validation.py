@@ -98,10 +98,10 @@ def test_samples_are_spent_only_where_a_limit_is_near(character, tmp_path):
         character,
         [brighter(character, 0.02)],
         tmp_path / "far",
-        one_look(Thresholds(Limit(20, 1, 99), Limit(50, 1, 99))),
+        one_look(Thresholds(Limit(20, 99, 1), Limit(50, 99, 1))),
     )
     value = far["renders"][0]["packs"][0]["delta_e_p95"]
-    near = Thresholds(Limit(value, 1, 99), Limit(50, 1, 99))
+    near = Thresholds(Limit(value, 99, 1), Limit(50, 99, 1))
     close = validate(character, [brighter(character, 0.02)], tmp_path / "close", one_look(near))
     assert far["renders"][0]["spp"] == 4
     assert far["packs"][0]["decided"]
