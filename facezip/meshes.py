@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.reading import reading
+from facezip.vertexblock import split_vertices
 
 MAX_COORDINATE = 1e30
 # Ten times a film's face. A line takes about a hundred bytes of memory while it is read.
@@ -61,10 +62,9 @@ def _read_obj(path: Path) -> tuple[NDArray[np.float32], Topology]:
     if not path.is_file():
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such mesh; add the file or remove its texture")
     _check_length(path)
-    lines = path.read_bytes().splitlines()
+    text = path.read_bytes()
     try:
-        vertices = _numbers(lines, b"v", 3)
-        layout = b"\n".join(line for line in lines if line.startswith((b"f ", b"vt ")))
+        vertices, layout = _vertices(text)
         return vertices, _topology(layout, len(vertices))
     except _MeshFault as fault:
         raise FaceZipError(ErrorCode.UNREADABLE_MESH, f"{path}: {fault}") from None
@@ -113,6 +113,16 @@ def _topology(layout: bytes, vertex_count: int) -> Topology:
     return Topology(indices[:, :, 0].copy(), uv, indices[:, :, 1].copy())
 
 
+def _vertices(text: bytes) -> tuple[NDArray[np.float32], bytes]:
+    """The vertices ``(V, 3)``, and the text that holds the layout."""
+    at_once = split_vertices(text)
+    if at_once:
+        values, layout = at_once
+        return _finite(values, "v"), layout
+    lines = text.splitlines()
+    return _numbers(lines, b"v", 3), b"\n".join(line for line in lines if line.startswith((b"f ", b"vt ")))
+
+
 def _numbers(lines: list[bytes], keyword: bytes, columns: int) -> NDArray[np.float32]:
     rows = [line for line in lines if line.startswith(keyword + b" ")]
     name = keyword.decode()
@@ -122,8 +132,12 @@ def _numbers(lines: list[bytes], keyword: bytes, columns: int) -> NDArray[np.flo
         values = np.loadtxt(rows, usecols=range(1, columns + 1), comments=None, ndmin=2)
     except ValueError:
         raise _MeshFault(f"a '{name}' line does not hold {columns} numbers; export the mesh again") from None
+    return _finite(values, name)
+
+
+def _finite(values: NDArray[np.float64], name: str) -> NDArray[np.float32]:
     if not (np.abs(values) < MAX_COORDINATE).all():
-        raise _MeshFault(f"a '{name}' line holds a NaN, an infinity or a huge number; repair the mesh") from None
+        raise _MeshFault(f"a '{name}' line holds a NaN, an infinity or a huge number; repair the mesh")
     return values.astype(np.float32)
 
 

@@ -50,3 +50,44 @@ def test_a_bad_mesh_is_refused_in_one_line(tmp_path, content, reason):
         read_obj(tmp_path / "bad.obj")
     assert reason in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+LAYOUT = "vt 0 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3\n"
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ["v 0 1 2", "v 3 4 5", "v 6 7 8"],
+        ["v 0 1 2 1", "v 3 4 5 1", "v 6 7 8 1"],
+        ["v 0 1 2 .1 .2 .3", "v 3 4 5 .1 .2 .3", "v 6 7 8 0 0 0"],
+        ["v 0 1 2 1", "v 3 4 5", "v 6 7 8"],
+        ["v  0\t1  2 ", "v +3 4. 5.0e0", "v 6 .7e1 80E-1"],
+        ["v 0 1 2\r", "v 3 4 5\r", "v 6 7 8\r"],
+        ["v 0 1 2", "# a remark", "v 3 4 5", "v 6 7 8"],
+        ["v 0 1 2", "", "v 3 4 5", "vn 0 0 1", "v 6 7 8"],
+        ["o head", "v 0 1 2", "v 3 4 5", "v 6 7 8"],
+    ],
+)
+def test_vertices_are_the_same_however_they_are_written(tmp_path, lines):
+    (tmp_path / "a.obj").write_text("\n".join([*lines, LAYOUT]), newline="")
+    vertices, _ = read_obj(tmp_path / "a.obj")
+    np.testing.assert_array_equal(vertices, np.arange(9).reshape(3, 3))
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ["v 0 1", "v 2 3 4 5", "v 6 7 8"],
+        ["v 0 1 2", "v 3 4-5", "v 6 7 8"],
+        ["v 0 1 2", "v 3 4 5e", "v 6 7 8"],
+        ["v 0 1 2", "v 3 --4 5", "v 6 7 8"],
+        ["v 0 1\r2", "v 3 4 5", "v 6 7 8"],
+        ["v 0 1 2", "v 3 v 5", "v 6 7 8"],
+        ["v 0 1 2", "v 3 4v5", "v 6 7 8"],
+    ],
+)
+def test_vertices_that_are_not_three_numbers_a_line_are_refused(tmp_path, lines):
+    (tmp_path / "a.obj").write_text("\n".join([*lines, LAYOUT]), newline="")
+    with pytest.raises(FaceZipError, match="'v' line does not hold 3 numbers"):
+        read_obj(tmp_path / "a.obj")
