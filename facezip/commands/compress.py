@@ -33,35 +33,29 @@ from facezip.writing import check_target
 # In the order in which a pack states them.
 FIT = ("method", "differences", "weight_scale", "masks", "restarts", "seed")
 GOALS = ("target_rmse", "budget_mb")
+DEFAULTS = {"method": "refined", **{name: getattr(Settings, name) for name in FIT[1:]}, **dict.fromkeys(GOALS)}
 
 
 def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """The options that say how to compress: those of ``FIT`` and ``GOALS``."""
-    for option in reversed(
-        (
-            click.option("--method", type=click.Choice(list(METHODS)), default="refined", show_default=True),
-            click.option(
-                "--differences", default=4, show_default=True, metavar="R", help="Number of difference textures."
-            ),
-            click.option(
-                "--weight-scale", default=8, show_default=True, metavar="S", help="Weight maps are 1/S as wide."
-            ),
-            click.option(
-                "--target-rmse", type=float, metavar="X", help="Choose R and S: least memory with at most this error."
-            ),
-            click.option(
-                "--budget-mb", type=float, metavar="X", help="Choose R and S: least error in this GPU memory."
-            ),
-            click.option("--masks", default=53, show_default=True, metavar="K", help="Masks on the face (paper)."),
-            click.option(
-                "--restarts", default=100, show_default=True, metavar="N",
-                help="Random starts of the stitching (paper).",
-            ),
-            click.option("--seed", default=0, show_default=True, metavar="S"),
-        )
-    ):  # fmt: skip
+    options_in_order = (
+        _fit("method", None, None, click.Choice(list(METHODS))),
+        _fit("differences", "R", "Number of difference textures."),
+        _fit("weight_scale", "S", "Weight maps are 1/S as wide."),
+        _fit("target_rmse", "X", "Choose R and S: least memory with at most this error.", float),
+        _fit("budget_mb", "X", "Choose R and S: least error in this GPU memory.", float),
+        _fit("masks", "K", "Masks on the face (paper)."),
+        _fit("restarts", "N", "Random starts of the stitching (paper)."),
+        _fit("seed", "S", "Of what is random (paper)."),
+    )
+    for option in reversed(options_in_order):
         command = option(command)
     return command
+
+
+def _fit(name: str, metavar: str | None, help_: str | None, kind: Any = int) -> Callable[..., Any]:
+    flag, default = f"--{name.replace('_', '-')}", DEFAULTS[name]
+    return click.option(flag, type=kind, default=default, show_default=True, metavar=metavar, help=help_)
 
 
 @click.command("compress")
