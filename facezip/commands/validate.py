@@ -14,7 +14,7 @@ from facezip.batch.workers import crew
 from facezip.commands import options
 from facezip.commands.candidates import candidate, staged_character, staged_original
 from facezip.commands.layered import error_words
-from facezip.errors import FaceZipError
+from facezip.errors import ExitCode, FaceZipError
 from facezip.surface.folder import load_surface
 from facezip.surface.scans import Surface
 from facezip.writing import resumable_folder
@@ -39,6 +39,7 @@ REPORT_FILE = "report.json"
 @click.option("--spp", type=int, metavar="N", help="Samples per pixel to begin with.  [default: 16]")
 @click.option("--max-spp", type=int, metavar="N", help="Samples where the verdict is close.  [default: 4 x spp]")
 @click.option("--seed", type=int, metavar="S", help="Of all random numbers.  [default: 0]")
+@click.option("--fail-on", type=click.Choice(["visible", "fails"]), help="Exit code 7 where a pack is as bad as that.")
 @options.worker_options
 @options.overwrite
 @options.as_json
@@ -49,10 +50,11 @@ def command(
     config: Path | None,
     workers: int | None,
     scheduler: str | None,
+    fail_on: str | None,
     overwrite: bool,
     as_json: bool,
     **given: Any,
-) -> None:
+) -> int:
     """Render every expression of CHARACTER with its original and its compressed textures, and report the difference.
 
     Both sides are shaded on the same light paths, so that the difference is the compression's alone. In the place of
@@ -65,6 +67,7 @@ def command(
     renders on all cores.
     """
     from render.settings import read_settings
+    from render.verdict import LEVELS
 
     settings = read_settings(config, {key: value for key, value in given.items() if value is not None})
     surface = load_surface(character)
@@ -79,6 +82,8 @@ def command(
 
     document = _validate_into(surface, candidates, output, overwrite, settings, distribute)
     options.answer(document, as_json, lambda: _lines(document, output))
+    worst = max(LEVELS.index(pack["level"]) for pack in document["packs"])
+    return ExitCode.DIFFERENCE if fail_on and worst >= LEVELS.index(fail_on) else ExitCode.DONE
 
 
 def _validate_into(
