@@ -23,10 +23,11 @@ lint: .venv/ready
 viewer: .venv/ready
 	$(BIN)/python -m facezip.viewer.build --check
 
+# The build warns of an editable installation, and of the viewer's bundle, which is data: both are meant.
 .venv/ready: requirements.txt pyproject.toml
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	touch $@
 
 # Pins the dependencies of pyproject.toml for every Python from 3.11 on, with hashes and without addresses.

@@ -11,15 +11,7 @@ from facezip.character import Character
 from facezip.fragments import differences_of_row, texel_scale
 from facezip.model import CompressedTextures
 from facezip.rows import map_rows, sum_rows
-from facezip.samples import Samples, samples_of
-
-
-def principal_components(character: Character, count: int) -> CompressedTextures:
-    """PCA with ``count`` components through the N x N Gram matrix: the best ``count`` textures with uniform weights.
-
-    Errors count inside the character's mask. The weights are one number a texture and expression, ``(N, 1, 1, k)``.
-    """
-    return combined(character, principal_weights([samples_of(character)], count))
+from facezip.samples import Samples
 
 
 def combined(character: Character, weights: NDArray[np.float32]) -> CompressedTextures:

@@ -15,6 +15,7 @@ from tempfile import TemporaryDirectory
 from time import perf_counter
 from typing import Any, TypeVar
 
+from facezip.alignment import alignments
 from facezip.character import MASK, NEUTRAL, load_character
 from facezip.cores import cores
 from facezip.errors import ErrorCode, FaceZipError
@@ -56,9 +57,9 @@ def compress_once(folder: Path, work: Path) -> Run:
 
     Returns
     -------
-    Wall time in seconds: ``load_s``, ``fit_s``, ``write_s``, ``measure_s`` (read back and compare), their sum
-    ``total_s``; ``decode_s``, ``encode_s``, their sum ``io_s``; ``ratio`` of the sums; ``rmse`` (0..255, mean over
-    expressions), ``bytes_on_gpu``, and ``peak_memory_mb`` of this process so far.
+    Wall time in seconds: ``load_s``, ``check_s`` (is it registered), ``fit_s``, ``write_s``, ``measure_s`` (read back
+    and compare), their sum ``total_s``; ``decode_s``, ``encode_s``, their sum ``io_s``; ``ratio`` of the sums;
+    ``rmse`` (0..255, mean over expressions), ``bytes_on_gpu``, and ``peak_memory_mb`` of this process so far.
     """
     with TemporaryDirectory(dir=work) as place:
         run = _compressed(folder, Path(place) / "bench.facezip")
@@ -69,11 +70,12 @@ def compress_once(folder: Path, work: Path) -> Run:
 
 def _compressed(folder: Path, pack: Path) -> Run:
     character, load_s = _timed(lambda: load_character(folder))
+    _, check_s = _timed(lambda: alignments(character, quick=True))
     model, fit_s = _timed(lambda: compress(character))
     bits = 8 if character.neutral.itemsize == 1 else 16
     _, write_s = _timed(lambda: write_pack(model, pack, neutral_bits=bits))
     errors, measure_s = _timed(lambda: model_errors(character, read_pack(pack)))
-    seconds = {"load_s": load_s, "fit_s": fit_s, "write_s": write_s, "measure_s": measure_s}
+    seconds = {"load_s": load_s, "check_s": check_s, "fit_s": fit_s, "write_s": write_s, "measure_s": measure_s}
     found = {"rmse": mean_rmse(errors), "bytes_on_gpu": model.footprint.bytes_on_gpu}
     return {**seconds, "total_s": sum(seconds.values()), **found}
 

@@ -1,18 +1,20 @@
 """How many cores this process works on; the results of nothing here depend on it."""
 
 import os
-import sys
 
 _share: int | None = None
 
 
 def cores() -> int:
-    """The threads that work side by side: one a core of the machine, or as many as :func:`use_cores` said."""
-    return _share or os.cpu_count() or 1
+    """The threads that work side by side: one a core that it may use, or as many as :func:`use_cores` said."""
+    if _share:
+        return _share
+    # A container or a scheduler of jobs may leave it fewer than the machine has; not every system can tell.
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def use_cores(count: int) -> None:
-    """Let this process work on ``count`` cores from now on, those of its libraries too."""
+    """Let this process work on ``count`` cores from now on; the renderer asks when it starts."""
     import numba
     from threadpoolctl import threadpool_limits
 
@@ -20,5 +22,3 @@ def use_cores(count: int) -> None:
     _share = count
     numba.set_num_threads(min(count, numba.config.NUMBA_NUM_THREADS))
     threadpool_limits(count)
-    if "drjit" in sys.modules:
-        sys.modules["drjit"].set_thread_count(count)

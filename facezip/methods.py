@@ -1,23 +1,35 @@
-"""The ways to compress a character, by name."""
+"""The ways to compress, by name: each fits every map on every tile of a surface in one go.
 
-from collections.abc import Callable
+Weight maps that several maps share minimise the sum of the maps' errors, so their normal equations are sums too: of
+Gram matrices for principal components and clusters, of the weights' sparse systems in the refined fit. Difference
+textures are solved map by map under the shared weights. Tiles share what lives on the mesh or is one number for all:
+masks and principal components; the refined weight maps of a tile are its own. One albedo on one tile is a sum of one.
+"""
+
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.baselines import principal_components
+from facezip.baselines import combined, principal_weights
 from facezip.beam import beam_search
 from facezip.character import Character
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.factorise import cluster_shares, difference_textures, weight_maps
 from facezip.fragments import cluster_fragments, masked_gram
-from facezip.masks import compute_masks
+from facezip.masks import compute_shared_masks
 from facezip.model import CompressedTextures, Meshes
 from facezip.paircosts import pair_costs
 from facezip.ranges import MAX_DIFFERENCES
-from facezip.refine import refine
+from facezip.refine import as_stored, fit_weights, fitted
+from facezip.samples import BESIDE_THE_FACE, Samples, samples_of, thinned
 from facezip.stitching import Stitching, search, unpermuted
+from facezip.surface.neutrals import as_packed
+from facezip.surface.scans import Surface
+
+# By map and tile.
+Parts = dict[tuple[str, int], CompressedTextures]
 
 WEIGHT_SCALES = (4, 8, 16, 32)
 PAPER_DIFFERENCES = 4
@@ -85,58 +97,119 @@ def compress(
         ``BAD_VALUE`` for a setting outside its range, ``TOO_MANY_MASKS``; ``SIZE_MISMATCH`` or ``BAD_TEXELS`` for an
         importance that does not fit.
     """
+    settings = Settings(differences, weight_scale, masks, restarts, seed, importance)
+    surface = Surface.of(character)
+    (model,) = fit(surface, method, settings, {kind.name: 1.0 for kind in surface.maps}).values()
+    return replace(model, meshes=meshes_of(character))
+
+
+def meshes_of(character: Character) -> Meshes:
+    """The neutral mesh and the displacements of the expressions."""
+    return Meshes(character.topology, character.neutral_vertices, character.vertices - character.neutral_vertices)
+
+
+def fit(surface: Surface, method: str, settings: Settings, weights: Mapping[str, float]) -> Parts:
+    """Every map on every tile, compressed; ``weights`` are the factors of each map's squared error.
+
+    Raises
+    ------
+    FaceZipError
+        ``BAD_VALUE``, ``TOO_MANY_MASKS``; ``SIZE_MISMATCH`` or ``BAD_TEXELS`` for an importance that does not fit.
+    """
+    check(method, settings)
+    return {key: replace(part, method=method) for key, part in METHODS[method](surface, settings, weights).items()}
+
+
+def check(method: str, settings: Settings) -> None:
+    """Raise ``BAD_VALUE`` for a method that there is not, or a setting outside its range."""
     if method not in METHODS:
         raise FaceZipError(ErrorCode.BAD_VALUE, f"method '{method}': must be one of {', '.join(METHODS)}")
-    settings = Settings(differences, weight_scale, masks, restarts, seed, importance)
     settings.check()
-    model = METHODS[method](character, settings)
-    meshes = Meshes(character.topology, character.neutral_vertices, character.vertices - character.neutral_vertices)
-    return replace(model, method=method, meshes=meshes)
-
-
-def _paper(character: Character, settings: Settings) -> CompressedTextures:
-    return _stitched(character, settings, lambda table: search(table, settings.restarts, settings.seed))
-
-
-def _paper_optimised(character: Character, settings: Settings) -> CompressedTextures:
-    return _stitched(character, settings, beam_search)
-
-
-def _paper_unpermuted(character: Character, settings: Settings) -> CompressedTextures:
-    return _stitched(character, settings, unpermuted)
-
-
-def _stitched(
-    character: Character, settings: Settings, choose: Callable[[NDArray[np.float64]], Stitching]
-) -> CompressedTextures:
-    if settings.differences != PAPER_DIFFERENCES:
+    if method.startswith("paper") and settings.differences != PAPER_DIFFERENCES:
         raise FaceZipError(
             ErrorCode.BAD_VALUE,
             f"differences {settings.differences}: the paper's method makes exactly {PAPER_DIFFERENCES} textures",
         )
-    clusters = min(PAPER_DIFFERENCES, len(character.expressions))
-    masks = compute_masks(character, settings.masks, settings.seed)
-    labels = cluster_fragments(masked_gram(character, masks), clusters, settings.seed)
-    stitching = choose(pair_costs(character, masks, labels, clusters))
+
+
+def _weighted(
+    part: Character, weight: float, importance: NDArray[np.float32] | None = None, beside: float = 0
+) -> Samples:
+    samples = samples_of(part, importance, beside)
+    return samples if weight == 1 else replace(samples, importance=samples.importance * np.float32(weight))
+
+
+def _refined(surface: Surface, settings: Settings, weights: Mapping[str, float]) -> Parts:
+    slots = min(settings.differences, len(surface.whole.expressions))
+    kinds, bits = {kind.name: kind for kind in surface.maps}, surface.neutral_bits
+    # Difference textures make up for what storing the neutral loses.
+    scans = {
+        key: replace(part, neutral=as_packed(part.neutral, kinds[key[0]], bits[key]))
+        for key, part in surface.parts.items()
+    }
+    samples = {
+        key: _weighted(part, weights[key[0]], settings.importance, BESIDE_THE_FACE) for key, part in scans.items()
+    }
+    components = None
+    if len(surface.tiles) > 1:
+        components = principal_weights([thinned(one, settings.weight_scale // 2) for one in samples.values()], slots)
+    parts: Parts = {}
+    for tile in surface.tiles:
+        keys = [(kind.name, tile) for kind in surface.maps]
+        shared = as_stored(
+            fit_weights([samples[key] for key in keys], slots, settings.weight_scale, components=components)
+        )
+        parts |= {key: fitted(scans[key], samples[key], shared) for key in keys}
+    return parts
+
+
+def _pca(surface: Surface, settings: Settings, weights: Mapping[str, float]) -> Parts:
+    slots = min(settings.differences, len(surface.whole.expressions))
+    samples = [_weighted(part, weights[name]) for (name, _), part in surface.parts.items()]
+    components = principal_weights(samples, slots)
+    return {key: combined(part, components) for key, part in surface.parts.items()}
+
+
+def _stitched(
+    surface: Surface,
+    settings: Settings,
+    weights: Mapping[str, float],
+    choose: Callable[[NDArray[np.float64]], Stitching],
+) -> Parts:
+    clusters = min(PAPER_DIFFERENCES, len(surface.whole.expressions))
+    keys, characters = [*surface.parts], [*surface.parts.values()]
+    masks = dict(zip(keys, compute_shared_masks(characters, settings.masks, settings.seed), strict=True))
+
+    def total(of: Callable[[tuple[str, int]], NDArray[np.float64]]) -> NDArray[np.float64]:
+        return np.sum([weights[key[0]] * of(key) for key in keys], axis=0)
+
+    labels = cluster_fragments(total(lambda key: masked_gram(surface.parts[key], masks[key])), clusters, settings.seed)
+    stitching = choose(total(lambda key: pair_costs(surface.parts[key], masks[key], labels, clusters)))
     shares, alpha = cluster_shares(labels, stitching.permutation)
-    return CompressedTextures(
-        neutral=character.texture("neutral"),
-        differences=difference_textures(character, masks, shares),
-        weights=weight_maps(masks, alpha, settings.weight_scale),
-        expressions=character.expressions,
-        method="paper",
-    )
+    first = surface.maps[0].name
+    shared = {tile: weight_maps(masks[first, tile], alpha, settings.weight_scale) for tile in surface.tiles}
+    return {
+        key: CompressedTextures(
+            part.texture("neutral"), difference_textures(part, masks[key], shares), shared[key[1]],
+            part.expressions, "paper",
+        )
+        for key, part in surface.parts.items()
+    }  # fmt: skip
 
 
-def _pca(character: Character, settings: Settings) -> CompressedTextures:
-    return principal_components(character, min(settings.differences, len(character.expressions)))
+def _paper(surface: Surface, settings: Settings, weights: Mapping[str, float]) -> Parts:
+    return _stitched(surface, settings, weights, lambda table: search(table, settings.restarts, settings.seed))
 
 
-def _refined(character: Character, settings: Settings) -> CompressedTextures:
-    return refine(character, settings.differences, settings.weight_scale, settings.importance)
+def _paper_optimised(surface: Surface, settings: Settings, weights: Mapping[str, float]) -> Parts:
+    return _stitched(surface, settings, weights, beam_search)
 
 
-METHODS: dict[str, Callable[[Character, Settings], CompressedTextures]] = {
+def _paper_unpermuted(surface: Surface, settings: Settings, weights: Mapping[str, float]) -> Parts:
+    return _stitched(surface, settings, weights, unpermuted)
+
+
+METHODS: dict[str, Callable[[Surface, Settings, Mapping[str, float]], Parts]] = {
     "refined": _refined,
     "paper": _paper,
     "paper-optimised": _paper_optimised,

@@ -1,6 +1,7 @@
 """What a blend of a pack is compared with: equations (7) and (8) on textures that were never compressed."""
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -84,12 +85,11 @@ def originals_of(character: Character, model: CompressedTextures, path: Path) ->
 
 
 def _naive(character: Character, model: CompressedTextures, path: Path, missing: str) -> Originals:
-    document = path.parent / RIG
-    scans = json.loads(document.read_text(encoding="utf-8"))["example_weights"] if document.is_file() else {}
+    scans = _example_weights(path.parent / RIG)
     if model.meshes is None or [*scans] != [*character.expressions]:
         reason = f"has no expression of {character.name} for '{missing}', and no {RIG} of its scans beside it"
         raise FaceZipError(ErrorCode.UNKNOWN_NAME, f"{path}: {reason}; give the character that it was made from")
-    weights = np.array([[row.get(name, 0.0) for name in model.expressions] for row in scans.values()])
+    weights = np.array([[row.get(name, 0.0) for name in model.expressions] for row in scans.values()], np.float64)
     return Originals(
         character,
         model.expressions,
@@ -99,3 +99,20 @@ def _naive(character: Character, model: CompressedTextures, path: Path, missing:
         "the naive sum of the scans' differences (B⁺ of the rig): no scan shows a shape alone, so that a difference is "
         "the rig's as well as the compression's, and that sum exaggerates the noise of scans",
     )
+
+
+def _example_weights(document: Path) -> dict[str, dict[str, float]]:
+    """By scan, how much of each shape is in it; nothing where there is no rig."""
+    if not document.is_file():
+        return {}
+    try:
+        scans = {
+            str(scan): {str(shape): float(weight) for shape, weight in row.items()}
+            for scan, row in json.loads(document.read_text(encoding="utf-8"))["example_weights"].items()
+        }
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        reason = "not the record of a rig; run 'facezip rig' again"
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"{document}: {reason}") from None
+    if not all(math.isfinite(weight) for row in scans.values() for weight in row.values()):
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"{document}: a weight is not a finite number; run 'facezip rig' again")
+    return scans

@@ -95,9 +95,14 @@ def read_pack(path: str | Path) -> CompressedTextures:
 
 def read_verified(folder: Path, manifest: Manifest) -> CompressedTextures:
     """Read a pack whose every byte was found to be as its manifest says; ``BAD_PACK`` as :func:`read_pack`."""
+    maps, meshes = read_stored(folder, manifest)
+    return dequantise(maps, manifest.expressions, manifest.method, meshes)
+
+
+def read_stored(folder: Path, manifest: Manifest) -> tuple[QuantisedMaps, Meshes | None]:
+    """What a verified pack holds, its maps as they are stored; ``BAD_PACK`` as :func:`read_pack`."""
     with reading(folder), inside(folder):
-        meshes = read_meshes(folder, manifest)
-        return dequantise(_read_maps(folder, manifest), manifest.expressions, manifest.method, meshes)
+        return _read_maps(folder, manifest), read_meshes(folder, manifest)
 
 
 def _read_maps(folder: Path, manifest: Manifest) -> QuantisedMaps:

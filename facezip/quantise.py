@@ -52,11 +52,10 @@ def quantise(model: CompressedTextures, neutral_bits: int = 8) -> QuantisedMaps:
     if ranges is None:
         ranges = _largest(model.differences)
     difference_scale = ranges * np.float32(255 / STEPS)
-    differences: NDArray[np.uint8] = scratch.empty(model.differences.shape, np.uint8)
-    map_rows(
-        lambda top, bottom: _round_differences(top, bottom, model.differences, ranges, differences),
-        len(differences[0]),
-    )
+    # Kernels read rows as they lie.
+    values = np.require(model.differences, requirements="C")
+    differences: NDArray[np.uint8] = scratch.empty(values.shape, np.uint8)
+    map_rows(lambda top, bottom: _round_differences(top, bottom, values, ranges, differences), len(differences[0]))
     return QuantisedMaps(
         _quantise_neutral(model.neutral, neutral_bits), differences, difference_scale, *_weights(model)
     )
@@ -67,10 +66,9 @@ def dequantise(
 ) -> CompressedTextures:
     """The model that a reader of the stored maps sees; inverse of :func:`quantise` up to rounding."""
     steps = maps.difference_scale / np.float32(255)
-    differences: NDArray[np.float32] = scratch.empty(maps.differences.shape, np.float32)
-    map_rows(
-        lambda top, bottom: _difference_values(top, bottom, maps.differences, steps, differences), len(differences[0])
-    )
+    stored = np.require(maps.differences, requirements="C")
+    differences: NDArray[np.float32] = scratch.empty(stored.shape, np.float32)
+    map_rows(lambda top, bottom: _difference_values(top, bottom, stored, steps, differences), len(differences[0]))
     weights = (
         maps.weights.astype(np.float32)
         if maps.uniform

@@ -19,7 +19,7 @@ from facezip.model import CompressedTextures
 from facezip.progress import track
 from facezip.quantise import STEPS, best_ranges, rounded_weights
 from facezip.rows import by_rows, map_rows
-from facezip.samples import BESIDE_THE_FACE, Samples, samples_of, thinned
+from facezip.samples import Samples, thinned
 from facezip.sweep import solve_textures, weight_system
 from facezip.weights import SMOOTHNESS, WeightSystem, solve_weights
 
@@ -29,28 +29,6 @@ TEXELS_VISITED = 2**24
 MANY_TEXELS = 2**20
 # How much of its last change a new iterate repeats; far fewer alternations reach the same error.
 MOMENTUM = 0.8
-
-
-def refine(
-    character: Character, differences: int, weight_scale: int, importance: NDArray[np.float32] | None = None
-) -> CompressedTextures:
-    """``differences`` textures and weight maps at 1/``weight_scale`` that minimise the error weighted by importance.
-
-    Parameters
-    ----------
-    character : the textures; its mask weights every texel's squared error.
-    differences : R, at most the number of expressions is used.
-    weight_scale : how many times smaller weight maps are.
-    importance : ``(H, W)`` ≥ 0, multiplies the mask; None for 1 everywhere.
-
-    Raises
-    ------
-    FaceZipError
-        ``SIZE_MISMATCH`` or ``BAD_TEXELS``: an importance that does not fit.
-    """
-    samples = samples_of(character, importance, BESIDE_THE_FACE)
-    weights = fit_weights([samples], min(differences, len(character.expressions)), weight_scale)
-    return fitted(character, samples, as_stored(weights))
 
 
 def as_stored(weights: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -33,13 +33,13 @@ def whole_folder(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> I
     with _writing(path):
         target = Path(os.path.realpath(path))
         recover(target)
-        _check_target(path, overwrite, ours)
+        check_target(path, overwrite, ours)
         target.parent.mkdir(parents=True, exist_ok=True)
         with _sibling(target, Path.mkdir) as temporary, _named(temporary, path):
             yield temporary
             _sync(*temporary.rglob("*"), temporary)
             # Hours may have passed.
-            _check_target(path, overwrite, ours)
+            check_target(path, overwrite, ours)
             put_in_place(temporary, target)
             _sync(target.parent)
 
@@ -56,7 +56,7 @@ def resumable_folder(path: Path, overwrite: bool, ours: Callable[[Path], bool]) 
     with _writing(path):
         target = Path(os.path.realpath(path))
         recover(target)
-        _check_target(path, overwrite, ours)
+        check_target(path, overwrite, ours)
         _clear_leftovers(target)
         partial = target.with_name(f".{target.name}.partial")
         partial.mkdir(parents=True, exist_ok=True)
@@ -64,7 +64,7 @@ def resumable_folder(path: Path, overwrite: bool, ours: Callable[[Path], bool]) 
             try:
                 yield partial
                 _sync(*partial.rglob("*"), partial)
-                _check_target(path, overwrite, ours)
+                check_target(path, overwrite, ours)
                 put_in_place(partial, target)
                 _sync(target.parent)
                 _remove_unheld(partial)
@@ -170,7 +170,14 @@ def _remove_at_once(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-def _check_target(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> None:
+def check_target(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> None:
+    """Refuse a folder that :func:`whole_folder` would refuse, before there is anything to put into it.
+
+    Raises
+    ------
+    FaceZipError
+        ``CANNOT_WRITE``: it exists, and may not be replaced or holds something else.
+    """
     if not path.exists() or (path.is_dir() and not any(path.iterdir())):
         return
     if not overwrite:

@@ -10,7 +10,7 @@ from facezip.character import Character
 from facezip.progress import track
 from render.bench import Pose, renderer_of
 from render.decision import stream
-from render.metrics import Picture, compare, display, head_crop
+from render.metrics import METRICS, Picture, compare, display, head_crop
 from render.noise import Halves, debiased_rmse
 from render.paired import Images, PairedRenderer, upload
 from render.settings import Settings
@@ -73,7 +73,7 @@ def _deviations(
     head = halves.mean.coverage >= 0.5
     rows = []
     for k, (found, true) in enumerate(zip(measured, truth, strict=True), 1):
-        row = {name: found[name] / true[name] - 1 for name in ("image_rmse", "flip", "delta_e_mean", "delta_e_p95")}
+        row = {name: found[name] / true[name] - 1 for name in METRICS if name != "ssim"}
         debiased = debiased_rmse(halves, k, head) / true["image_rmse"] - 1
         rows.append({**row, "ssim": found["ssim"] - true["ssim"], "image_rmse_debiased": debiased})
     return rows

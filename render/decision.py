@@ -1,4 +1,4 @@
-"""How sure a verdict is: intervals for its two deciding metrics, from two independent halves of the samples.
+"""How sure a verdict is: intervals for its deciding metrics, from two independent halves of the samples.
 
 Noise scatters a metric and biases it. A bias falls with the number of samples, so twice the metric of the whole minus
 the mean of its halves is free of it to first order (Quenouille's jackknife), and the halves' difference tells the
@@ -10,12 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from render.metrics import Picture, delta_e_p95, mean_flip
-from render.verdict import Thresholds
+from render.metrics import Picture, delta_e_local, delta_e_p95, mean_flip
+from render.verdict import DECIDING, Thresholds
 
 # Student's t for a two-sided interval of 95 % from two values.
 _REACH = 12.706
-DECIDING = ("delta_e_p95", "flip")
 
 
 def interval(whole: float, halves: Sequence[float]) -> tuple[float, float]:
@@ -35,7 +34,7 @@ def judge(
     metrics : of the render with all samples.
     originals, others : the halves, of the original and of a candidate.
     """
-    measures = {"delta_e_p95": delta_e_p95, "flip": mean_flip}
+    measures = {"delta_e_p95": delta_e_p95, "flip": mean_flip, "delta_e_local": delta_e_local}
     found = {
         name: interval(metrics[name], [measure(a, b) for a, b in zip(originals, others, strict=True)])
         for name, measure in measures.items()

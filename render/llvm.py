@@ -12,6 +12,7 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, files
 from pathlib import Path
 
+from facezip.cores import cores
 from facezip.errors import ErrorCode, FaceZipError
 
 VARIABLE = "DRJIT_LIBLLVM_PATH"
@@ -59,6 +60,7 @@ def start() -> dict[str, str]:
             ErrorCode.NO_LLVM,
             f"Dr.Jit was imported earlier and holds LLVM {version[0]}; start the renderer before drjit and mitsuba",
         )
+    drjit.set_thread_count(cores())
     mitsuba.set_variant(VARIANT)
     mitsuba.set_log_level(mitsuba.LogLevel.Error)
     return {

@@ -5,9 +5,11 @@ Images are display-referred: encoded sRGB in [0, 1]. Every metric is exactly zer
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
 
 from facezip.textures import encode_srgb
 from render.colour import Colours, delta_e_2000, to_lab
@@ -15,7 +17,10 @@ from render.flip import Seen, flip, seen
 
 MARGIN = 12
 
-METRICS = ("image_rmse", "flip", "delta_e_mean", "delta_e_p95", "ssim")
+# The window that a small error has to fill: a quarter of a degree, in pixels of FLIP's display.
+WINDOW = 17
+
+METRICS = ("image_rmse", "flip", "delta_e_mean", "delta_e_p95", "delta_e_local", "ssim")
 UNITS = {
     "texture_rmse": "0..255, encoded sRGB, over texels and channels of the face region",
     "image_rmse": "0..255, encoded sRGB, over head pixels and channels",
@@ -25,6 +30,7 @@ UNITS = {
     "flip": "mean FLIP over head pixels, 0..1",
     "delta_e_mean": "mean CIEDE2000 over head pixels",
     "delta_e_p95": "95th percentile of CIEDE2000 over head pixels",
+    "delta_e_local": f"largest mean of CIEDE2000 over the head pixels of a window of {WINDOW} x {WINDOW} pixels",
     "ssim": "mean SSIM of the encoded luma over head pixels, 1 for equal images",
 }
 
@@ -81,6 +87,7 @@ def compare(original: Picture, other: Picture) -> dict[str, float | None]:
         "flip": mean_flip(original, other),
         "delta_e_mean": float(colour.mean()),
         "delta_e_p95": float(np.percentile(colour, 95)),
+        "delta_e_local": float(window_means(colour, head).max(initial=0)),
         "ssim": float(ssim_map(original.encoded, other.encoded)[head].mean()),
     }
 
@@ -108,6 +115,23 @@ def mean_flip(original: Picture, other: Picture) -> float:
 def delta_e_p95(original: Picture, other: Picture) -> float:
     """The 95th percentile of CIEDE2000 over head pixels."""
     return float(np.percentile(delta_e_2000(original.lab, other.lab), 95))
+
+
+def delta_e_local(original: Picture, other: Picture) -> float:
+    """The largest mean of CIEDE2000 over a window: what a percentile of the whole head does not see."""
+    return float(window_means(delta_e_2000(original.lab, other.lab), original.head).max(initial=0))
+
+
+def window_means(values: NDArray[np.floating[Any]], head: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Means of head pixels' values ``(n,)``, in the order of ``head`` ``(h, w)``, over the windows around them.
+
+    A window that the head fills less than half counts as half filled: a few pixels at the outline are no place.
+    """
+    placed = np.zeros(head.shape)
+    placed[head] = values
+    total, filled = (uniform_filter(image, WINDOW, mode="constant") for image in (placed, head.astype(np.float64)))
+    means: NDArray[np.float64] = np.maximum(total, 0)[head] / np.maximum(filled[head], 0.5)
+    return means
 
 
 def ssim_map(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float64]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from facezip.meshes import Topology
+from render.metrics import window_means
 
 # Side, height and depth of each region in half breadths of the face from the tip of the nose; the first that fits.
 # A name with {} exists on both sides.
@@ -83,16 +84,22 @@ def locate(
 
     Returns
     -------
-    The 95th percentile of each region seen; and, where there is an error, of the worst: ``region``, ``delta_e_p95``,
-    and ``box``, first row and column, height and width of the square in which its error is largest.
+    The 95th percentile of each region seen; and, where there is an error, the place where it is largest:
+    its ``region`` and that region's ``delta_e_p95``, and ``box``, first row and column, height and width of the
+    square in that region in which its error is largest.
     """
     labels = np.where(head, regions, -1)
     counts = np.bincount(labels[labels >= 0], minlength=len(NAMES))
     seen = np.flatnonzero(counts >= max(LEAST_SHARE * head.sum(), 1))
     errors = {NAMES[i]: float(np.percentile(error[labels == i], 95)) for i in seen}
-    worst = max(errors, key=errors.__getitem__, default=None)
-    if worst is None or errors[worst] == 0:
+    inside = np.isin(labels, seen)
+    if not error[inside].any():
         return errors, None
+    # The smallest window that is a place finds it: a percentile misses what is smaller than a twentieth of a region.
+    means = np.zeros(error.shape)
+    means[head] = window_means(error[head], head)
+    row, column = np.unravel_index(np.where(inside, means, -1).argmax(), error.shape)
+    worst = NAMES[labels[row, column]]
     box = _box(np.where(head, error, 0), labels == NAMES.index(worst))
     return errors, {"region": worst, "delta_e_p95": errors[worst], "box": box}
 

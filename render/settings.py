@@ -174,11 +174,11 @@ def _named(key: str, name: Any, known: Mapping[str, Any]) -> Any:
 def _thresholds(value: Any) -> Thresholds:
     levels = asdict(DEFAULT_THRESHOLDS)
     for level, limits in value.items():
-        if level not in levels or not isinstance(limits, dict) or {*limits} - {"delta_e", "flip"}:
-            raise _bad(f"thresholds: '{level}' must be {' or '.join(levels)}, each with delta_e and flip")
+        if level not in levels or not isinstance(limits, dict) or {*limits} - {"delta_e", "flip", "local"}:
+            raise _bad(f"thresholds: '{level}' must be {' or '.join(levels)}, each with delta_e, flip and local")
         levels[level] |= {key: _typed(f"thresholds: {level}.{key}", number, float) for key, number in limits.items()}
     low, high = Limit(**levels["indistinguishable"]), Limit(**levels["visible"])
-    if not (0 < low.delta_e <= high.delta_e and 0 < low.flip <= high.flip):
+    if not (0 < low.delta_e <= high.delta_e and 0 < low.flip <= high.flip and 0 < low.local <= high.local):
         raise _bad("thresholds: must be above 0, and those of visible not below those of indistinguishable")
     return Thresholds(low, high)
 

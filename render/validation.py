@@ -23,7 +23,7 @@ from render.skins import SkinMaps, Texture, uploaded
 from render.store import RENDERS, ShotStore, digest_of
 from render.summary import summarise
 
-FORMAT = "facezip-validation/1"
+FORMAT = "facezip-validation/2"
 
 
 @dataclass(frozen=True, eq=False)

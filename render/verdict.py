@@ -1,17 +1,26 @@
 """From errors to a sentence that a person acts on. What the limits mean and where they come from: docs/verdict.md."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+# The metrics that a level is made of.
+DECIDING = ("delta_e_p95", "delta_e_local", "flip")
 LEVELS = ("identical", "indistinguishable", "visible", "fails")
 
 
 @dataclass(frozen=True)
 class Limit:
-    """The most that a render may differ: 95th percentile of ΔE2000, and mean FLIP, over head pixels."""
+    """The most that a render may differ.
+
+    Attributes
+    ----------
+    delta_e, flip : 95th percentile of ΔE2000 and mean FLIP over head pixels.
+    local : largest mean of ΔE2000 over a small window: a spoilt mouth is less than 5 % of a head.
+    """
 
     delta_e: float
+    local: float
     flip: float
 
 
@@ -25,20 +34,24 @@ class Thresholds:
     visible : up to here it takes a comparison to see the difference; beyond, it is plain.
     """
 
-    indistinguishable: Limit = Limit(1.0, 0.05)
-    visible: Limit = Limit(3.0, 0.10)
+    indistinguishable: Limit = Limit(1.0, 2.0, 0.05)
+    visible: Limit = Limit(3.0, 6.0, 0.10)
 
-    def level(self, delta_e: float, flip: float) -> str:
+    def level(self, delta_e: float, local: float, flip: float) -> str:
         """The level of a render with these errors."""
-        if delta_e == flip == 0:
+        if delta_e == local == flip == 0:
             return "identical"
-        if self.severity(delta_e, flip) <= 1:
+        if self.severity(delta_e, local, flip) <= 1:
             return "indistinguishable"
-        return "visible" if delta_e <= self.visible.delta_e and flip <= self.visible.flip else "fails"
+        return "visible" if _excess(self.visible, delta_e, local, flip) <= 1 else "fails"
 
-    def severity(self, delta_e: float, flip: float) -> float:
-        """The larger of both errors over its limit of indistinguishability."""
-        return max(delta_e / self.indistinguishable.delta_e, flip / self.indistinguishable.flip)
+    def severity(self, delta_e: float, local: float, flip: float) -> float:
+        """The largest of the errors over its limit of indistinguishability."""
+        return _excess(self.indistinguishable, delta_e, local, flip)
+
+
+def _excess(limit: Limit, delta_e: float, local: float, flip: float) -> float:
+    return max(delta_e / limit.delta_e, flip / limit.flip, local / limit.local)
 
 
 DEFAULT_THRESHOLDS = Thresholds()
@@ -61,16 +74,27 @@ def verdict(k: int, renders: Sequence[dict[str, Any]], thresholds: Thresholds) -
     level = numbers["level"]
     if level == "identical":
         return level, "Identical: every rendered pixel is the same."
-    figures = f"dE2000 {numbers['delta_e_p95']:.2g} at the 95th percentile and FLIP {numbers['flip']:.2g}"
     place = f"{worst['expression']}, {worst['view'].replace('_', ' ')} view, {worst['light']} light"
     where = f", most on the {numbers['where']['region']}" if numbers["where"] else ""
     doubt = "" if numbers["decided"] else f"; too close to the limit to tell with {worst['spp']} samples a pixel"
     if level == "indistinguishable":
-        return level, f"Indistinguishable: at most {figures} in {len(renders)} renders (worst {place}{where}){doubt}."
+        most = {name: max(render["packs"][k][name] for render in renders) for name in DECIDING}
+        return (
+            level,
+            f"Indistinguishable: at most {_figures(most)} in {len(renders)} renders (worst {place}{where}){doubt}.",
+        )
     word, limit = ("Visible", thresholds.indistinguishable) if level == "visible" else ("Fails", thresholds.visible)
     often = sum(LEVELS.index(render["packs"][k]["level"]) >= LEVELS.index(level) for render in renders)
-    allowed = f"limits {limit.delta_e:g} and {limit.flip:g}"
-    return level, f"{word} at {place}{where}: {figures} ({allowed}); so in {often} of {len(renders)} renders{doubt}."
+    allowed = f"limits {limit.delta_e:g}, {limit.local:g} and {limit.flip:g}"
+    return (
+        level,
+        f"{word} at {place}{where}: {_figures(numbers)} ({allowed}); so in {often} of {len(renders)} renders{doubt}.",
+    )
+
+
+def _figures(numbers: Mapping[str, float]) -> str:
+    p95, local, flip = (f"{numbers[name]:.2g}" for name in DECIDING)
+    return f"dE2000 {p95} at the 95th percentile and {local} in the worst place, FLIP {flip}"
 
 
 def worst_render(k: int, renders: Sequence[dict[str, Any]], thresholds: Thresholds) -> dict[str, Any]:
@@ -78,6 +102,6 @@ def worst_render(k: int, renders: Sequence[dict[str, Any]], thresholds: Threshol
 
     def badness(render: dict[str, Any]) -> tuple[int, float]:
         numbers = render["packs"][k]
-        return LEVELS.index(numbers["level"]), thresholds.severity(numbers["delta_e_p95"], numbers["flip"])
+        return LEVELS.index(numbers["level"]), thresholds.severity(*(numbers[name] for name in DECIDING))
 
     return max(renders, key=badness)

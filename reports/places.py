@@ -70,7 +70,7 @@ def limits_of(conditions: Mapping[str, Any]) -> list[tuple[str, str]]:
     if not limits:
         return []
     low, high = (
-        f"ΔE2000 ≤ {limits[level]['delta_e']:g} and FLIP ≤ {limits[level]['flip']:g}"
+        "ΔE2000 p95 ≤ {delta_e:g}, in the worst place ≤ {local:g}, FLIP ≤ {flip:g}".format(**limits[level])
         for level in ("indistinguishable", "visible")
     )
     return [("indistinguishable", low), ("visible", high), ("fails", "beyond")]

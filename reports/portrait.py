@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from facezip import load_surface
-from facezip.commands.staged import staged_candidate, staged_character, staged_original
+from facezip.commands.candidates import candidate, staged_character, staged_original
 from render.metrics import display
 from render.paired import PairedRenderer
 from render.skins import uploaded
@@ -29,7 +29,7 @@ FULL_SCALE = 8
 def portrait(character_folder: Path, pack: Path, light: str = "studio") -> NDArray[np.uint8]:
     """``(3·SIDE, …, 3)``: one column an expression; differences in inferno, lightest at 8 of 255."""
     surface = load_surface(character_folder)
-    character, sides = staged_character(surface), (staged_original(surface), staged_candidate(surface, pack).texture)
+    character, sides = staged_character(surface), (staged_original(surface), candidate(surface, pack).texture)
     renderer = PairedRenderer(character.topology, frame_of(character.neutral_vertices), [light], "skin", SIDE)
     columns = []
     for name in EXPRESSIONS:

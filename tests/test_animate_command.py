@@ -1,6 +1,7 @@
 """``facezip animate``: sequences, what a blend is compared with, and the report."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -75,8 +76,6 @@ def test_an_original_of_one_expression_is_its_scan(scans, model, tmp_path):
 
 
 def test_a_pack_of_other_scans_is_refused(scans, model, tmp_path):
-    from dataclasses import replace
-
     other = replace(model, expressions=tuple(f"x{n}" for n in range(len(model.expressions))))
     with pytest.raises(FaceZipError, match="no expression") as caught:
         originals_of(scans, other, tmp_path / "other.facezip")
@@ -85,8 +84,6 @@ def test_a_pack_of_other_scans_is_refused(scans, model, tmp_path):
 
 def test_naive_originals_of_a_rig_give_the_scans_back(scans, model, tmp_path):
     """Every scan a shape of its own at half strength: the shape is the scan twice, and half of it the scan."""
-    from dataclasses import replace
-
     shapes = tuple(f"x{n}" for n in range(len(model.expressions)))
     rows = {name: {shape: 0.5} for name, shape in zip(scans.expressions, shapes, strict=True)}
     (tmp_path / "rig.json").write_text(json.dumps({"example_weights": rows}), encoding="utf-8")
@@ -110,3 +107,15 @@ def test_the_loop_has_every_frame_side_by_side(report):
     with Image.open(folder / "animation.webp") as loop:
         assert loop.is_animated
         assert loop.width % 3 == 0
+
+
+@pytest.mark.parametrize(
+    "record", ["", "[]", "{}", '{"example_weights": 1}', '{"example_weights": {"a": {"b": "x"}}}', "\xff", "[" * 9000,
+               '{"example_weights": {"a": {"b": NaN}}}'],
+)  # fmt: skip
+def test_a_spoilt_record_of_a_rig_is_one_error(scans, model, tmp_path, record):
+    (tmp_path / "rig.json").write_bytes(record.encode("latin-1"))
+    other = replace(model, expressions=tuple(f"{name}_shape" for name in model.expressions))
+    with pytest.raises(FaceZipError, match=r"rig\.json") as error:
+        originals_of(scans, other, tmp_path / "other.facezip")
+    assert error.value.code is ErrorCode.BAD_VALUE

@@ -23,7 +23,9 @@ def document():
 
 def test_sums_and_ratios_are_those_of_one_run(document):
     for run_ in (document, *document["runs"]):
-        assert run_["total_s"] == pytest.approx(sum(run_[f"{part}_s"] for part in ("load", "fit", "write", "measure")))
+        assert run_["total_s"] == pytest.approx(
+            sum(run_[f"{part}_s"] for part in ("load", "check", "fit", "write", "measure"))
+        )
         assert run_["io_s"] == pytest.approx(run_["decode_s"] + run_["encode_s"])
         assert run_["ratio"] == pytest.approx(run_["total_s"] / run_["io_s"])
         assert all(value > 0 for value in run_.values() if isinstance(value, float))

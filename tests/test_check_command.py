@@ -1,6 +1,7 @@
 """``facezip check`` as its users call it."""
 
 import json
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from PIL import Image
 
 from facezip import load_character, save_character
 from facezip.errors import ExitCode
+from facezip.textures import read_texture, write_texture
 from scenes.character import make_character
 from tests.facezip.test_alignment import MOVED, moved
 from tests.test_cli import run
@@ -56,6 +58,16 @@ def test_compress_warns_in_one_line_and_goes_on(folder, tmp_path):
     assert MOVED in done.stderr
     done = run("compress", folder / "good", "-o", tmp_path / "good.facezip", "--method", "pca")
     assert done.stderr == ""
+
+
+def test_compress_warns_of_several_maps_too(folder, tmp_path):
+    shutil.copytree(folder / "bad", tmp_path / "bad")
+    for image in [path for path in (tmp_path / "bad").glob("*.png") if path.stem != "mask"]:
+        write_texture(image.with_suffix(".roughness.png"), read_texture(image)[:, :, :1].copy())
+    done = run("compress", tmp_path / "bad", "-o", tmp_path / "bad.facezip", "--method", "pca", "--json")
+    assert done.returncode == ExitCode.DONE, done.stderr
+    assert list(json.loads(done.stdout)["misregistered"]) == [MOVED]
+    assert MOVED in done.stderr
 
 
 def test_what_is_there_is_not_replaced(folder, tmp_path):

@@ -17,7 +17,7 @@ from facezip.cli import main
 from facezip.errors import ExitCode
 from facezip.surface.maps import angles
 from facezip.surface.neutrals import packed_neutral
-from facezip.textures import read_texture_exactly
+from facezip.textures import read_texture_exactly, write_texture
 from tests.facezip.conftest import random_character
 from tests.facezip.surface.conftest import random_surface
 
@@ -110,6 +110,20 @@ def test_validate_renders_and_measures_all_maps(pack, scans, tmp_path):
     page = (tmp_path / "report" / "index.html").read_text()
     assert "mean angle in degrees" in page
     assert "3 maps on 2 tiles" in page
+
+
+@pytest.mark.parametrize(("fail_on", "code"), [(None, ExitCode.DONE), ("fails", ExitCode.DIFFERENCE)])
+def test_a_gate_ends_with_a_difference(scans, tmp_path, fail_on, code):
+    other = tmp_path / "other"
+    shutil.copytree(scans, other)
+    for image in other.glob("*.1001.png"):
+        if "normal" not in image.stem and "roughness" not in image.stem and not image.stem.startswith("mask"):
+            write_texture(image, 255 - read_texture_exactly(image))
+    look = ("--views", 1, "--lights", 1, "--resolution", 48, "--spp", 4)
+    gate = ("--fail-on", fail_on) if fail_on else ()
+    done = run("validate", scans, other, "-o", tmp_path / "report", *look, *gate, "--json")
+    assert done.returncode == code, done.stderr
+    assert json.loads(done.stdout)["packs"][0]["level"] == "fails"
 
 
 def test_a_normal_map_changes_the_image(scans, pack, tmp_path):

@@ -5,6 +5,7 @@ The standard library's ``ProcessPoolExecutor`` gives up every call that is waiti
 
 import signal
 import threading
+import traceback
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from multiprocessing import get_context
@@ -137,6 +138,8 @@ def _serve(pipe: Connection) -> None:
         except FaceZipError as error:
             answer = None, error
         except Exception as error:
-            # Whatever it is, it can be pickled now.
-            answer = None, RuntimeError(f"{type(error).__name__}: {error}")
+            # Whatever it is, it can be pickled now; where it came from would be lost.
+            told = RuntimeError(f"{type(error).__name__}: {error}")
+            told.add_note("".join(traceback.format_exception(error)))
+            answer = None, told
         pipe.send(answer)

@@ -1,5 +1,6 @@
 """Who does the tasks: processes of this machine or a dask cluster, behind one ``concurrent.futures.Executor``."""
 
+import traceback
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, as_completed
 from contextlib import contextmanager
@@ -114,4 +115,6 @@ def _as_ours(error: BaseException) -> FaceZipError:
         return error
     if type(error).__name__ == "KilledWorker":
         return worker_lost()
+    # A fault of ours: whoever reports it needs where it was.
+    traceback.print_exception(error)
     return FaceZipError(ErrorCode.BAD_VALUE, f"unexpected {type(error).__name__}: {error}; please report it")

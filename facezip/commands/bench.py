@@ -129,7 +129,7 @@ def _embedded(work: Path, resolution: int, expressions: int, seed: int) -> Chara
 
 def _lines(document: Mapping[str, Any]) -> list[str]:
     height, width = document["conditions"]["resolution"]
-    parts = ("load", "fit", "write", "measure"), ("decode", "encode")
+    parts = ("load", "check", "fit", "write", "measure"), ("decode", "encode")
     whole, images = (", ".join(f"{part} {document[f'{part}_s']:.2f}" for part in some) for some in parts)
     return [
         f"{document['conditions']['expressions']} expressions of {width} x {height} texels, "

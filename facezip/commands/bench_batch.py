@@ -17,7 +17,7 @@ from facezip.batch.workers import Crew, crew
 from facezip.character import save_character
 from facezip.commands import options
 from facezip.commands.batch import compress_unless_finished
-from facezip.commands.compress import compress_into, fit_options
+from facezip.commands.compress import DEFAULTS, compress_into
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.machine import conditions
 from facezip.pack import verify_pack
@@ -84,9 +84,7 @@ def _made(place: Path, characters: int, resolution: int, expressions: int, worke
 
 
 def _measured(work: Path, scans: list[Path], workers: int) -> dict[str, Any]:
-    defaults = click.Command("defaults")
-    fit_options(defaults)
-    settings = defaults.make_context("defaults", []).params
+    settings = DEFAULTS
     seconds: dict[str, float] = {}
     with _clocked(seconds, "serial"):
         for folder in track(scans, "One by one", len(scans)):

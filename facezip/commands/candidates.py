@@ -1,65 +1,117 @@
-"""What ``validate`` judges: packs, or other characters with the same expressions."""
+"""What ``validate`` renders of a character, with any maps and tiles, and what it judges: packs, or other characters."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character import Character, load_character
+from facezip.character import NEUTRAL, Character
 from facezip.commands.facts import pack_facts
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.footprint import Footprint
-from facezip.manifest import read_manifest
-from facezip.measure import mean_rmse, texture_errors
-from facezip.pack import is_pack, read_pack
+from facezip.pack import is_pack
+from facezip.surface.atlas import Atlas
+from facezip.surface.errors import surface_errors, texture_surface_errors
+from facezip.surface.folder import load_surface
+from facezip.surface.footprint import SurfaceFootprint
+from facezip.surface.manifest import read_any_manifest
+from facezip.surface.maps import ALBEDO, MapKind
+from facezip.surface.model import CompressedSurface
+from facezip.surface.pack import read_surface
+from facezip.surface.scans import Surface
 
 if TYPE_CHECKING:
+    from render.skins import Texture
     from render.validation import Candidate
 
+# Gives a map on a tile for an expression: values, as of MapKind.
+Values = Callable[[MapKind, int, str], NDArray[np.float32]]
 
-def candidate(scans: Character, path: Path) -> "Candidate":
+
+def staged_character(surface: Surface) -> Character:
+    """The meshes of a surface, with the UV layout of all its tiles in one square."""
+    return replace(surface.whole, topology=Atlas.of(surface.tiles).topology(surface.topology))
+
+
+def staged_original(surface: Surface) -> "Callable[[str], Texture]":
+    """What is rendered of the scans, by the name of an expression or ``neutral``."""
+
+    def values(kind: MapKind, tile: int, name: str) -> NDArray[np.float32]:
+        return kind.values(surface.parts[kind.name, tile].texture(name))
+
+    return _skin(surface, values)
+
+
+def candidate(surface: Surface, path: Path) -> "Candidate":
     """A pack, or a second character in its place: textures that another tool made are judged the same way.
 
     Raises
     ------
     FaceZipError
-        What the readers raise, and ``UNKNOWN_NAME`` or ``SIZE_MISMATCH`` where it does not belong to ``scans``.
+        What the readers raise, and ``UNKNOWN_NAME`` or ``SIZE_MISMATCH`` where it does not belong to ``surface``.
     """
-    if is_pack(path):
-        model = read_pack(path)
-        _check_same(scans, path, model.expressions, model.neutral.shape)
-        return _candidate(path.stem, scans, model.reconstruct, pack_facts(path, read_manifest(path)))
-    other = load_character(path)
-    _check_same(scans, path, other.expressions, other.neutral.shape)
-    size, channels = other.resolution, other.neutral.shape[2]
-    raw = Footprint(size, channels, 0, len(other.expressions), (1, 1)).bytes_raw
-    facts = {"method": "textures", "bytes_on_gpu": raw, "bytes_on_disk": None, "bytes_raw": raw, "fetches": None}
-    return _candidate(other.name, scans, other.texture, facts)
-
-
-def _candidate(
-    name: str, scans: Character, texture: Callable[[str], NDArray[np.float32]], facts: dict[str, Any]
-) -> "Candidate":
     from render.validation import Candidate
 
-    errors = texture_errors(scans, texture)
-    return Candidate(name, texture, {**facts, "texture_rmse": mean_rmse(errors), "texture_rmse_per_expression": errors})
+    if not path.exists():
+        reason = "no such pack or character; give a NAME.facezip or the folder of a character"
+        raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: {reason}")
+    if is_pack(path):
+        model = read_surface(path)
+        _check_same(surface, path, model)
+        errors = surface_errors(surface, model)
+        facts = pack_facts(path, read_any_manifest(path))
+        return Candidate(path.stem, _skin(surface, _of_model(model)), {**facts, **_errors(surface, errors)})
+    other = load_surface(path)
+    _check_same(surface, path, other)
+    raw = SurfaceFootprint.of_scans(other).bytes_raw
+    facts = {"method": "textures", "bytes_on_gpu": raw, "bytes_on_disk": None, "bytes_raw": raw, "fetches": None}
+    errors = texture_surface_errors(surface, other)
+    return Candidate(other.whole.name, staged_original(other), {**facts, **_errors(surface, errors)})
 
 
-def _check_same(scans: Character, path: Path, expressions: tuple[str, ...], shape: tuple[int, ...]) -> None:
-    missing = [name for name in scans.expressions if name not in expressions]
+def _of_model(model: CompressedSurface) -> Values:
+    def values(kind: MapKind, tile: int, name: str) -> NDArray[np.float32]:
+        return model.blend(kind, tile, {} if name == NEUTRAL else {name: 1.0})
+
+    return values
+
+
+def _skin(surface: Surface, values: Values) -> "Callable[[str], Texture]":
+    from render.skins import RENDERED, SkinMaps
+
+    atlas, kinds = Atlas.of(surface.tiles), [kind for kind in surface.maps if kind.name in RENDERED]
+
+    def skin(name: str) -> "Texture":
+        joined = {kind.name: atlas.joined({tile: values(kind, tile, name) for tile in surface.tiles}) for kind in kinds}
+        # One light path shades any number of albedos at the price of one.
+        return SkinMaps(**joined) if len(joined) > 1 else np.clip(joined[ALBEDO], 0, 1)
+
+    return skin
+
+
+def _errors(surface: Surface, errors: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    albedo = errors[ALBEDO]
+    found = {"texture_rmse": albedo["rmse"], "texture_rmse_per_expression": albedo["rmse_per_expression"]}
+    return found if surface.ordinary else {**found, "map_errors": errors}
+
+
+def _check_same(surface: Surface, path: Path, other: Surface | CompressedSurface) -> None:
+    whole = surface.whole
+    missing = [name for name in whole.expressions if name not in other.whole.expressions]
     if missing:
         raise FaceZipError(
-            ErrorCode.UNKNOWN_NAME, f"{path}: has no expression '{missing[0]}'; was it made from {scans.name}?"
+            ErrorCode.UNKNOWN_NAME, f"{path}: has no expression '{missing[0]}'; was it made from {whole.name}?"
         )
-    if shape != scans.neutral.shape:
-        raise FaceZipError(
-            ErrorCode.SIZE_MISMATCH,
-            f"{path}: textures of {_size(shape)}, {scans.name} has {_size(scans.neutral.shape)}; compress it again",
-        )
-
-
-def _size(shape: tuple[int, ...]) -> str:
-    return f"{shape[1]}x{shape[0]} and {shape[2]} channels"
+    for (name, tile), part in surface.parts.items():
+        theirs = other.parts.get((name, tile))
+        if theirs is None or theirs.neutral.shape != part.neutral.shape:
+            found = (
+                "is missing" if theirs is None else f"has {theirs.neutral.shape[1]}x{theirs.neutral.shape[0]} texels"
+            )
+            raise FaceZipError(
+                ErrorCode.SIZE_MISMATCH,
+                f"{path}: its {name} on tile {tile} {found}, {whole.name} has "
+                f"{part.neutral.shape[1]}x{part.neutral.shape[0]}; compress it again",
+            )

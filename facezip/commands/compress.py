@@ -22,48 +22,45 @@ from facezip.commands.layered import compress_layered, layered_lines, parse_map_
 from facezip.commands.options import megabytes
 from facezip.manifest import read_manifest
 from facezip.measure import mean_rmse, model_errors
-from facezip.methods import METHODS, compress
+from facezip.methods import METHODS, Settings, check, compress
 from facezip.model import CompressedTextures
 from facezip.names import printable
-from facezip.pack import read_pack, write_pack
+from facezip.pack import is_pack, read_pack, write_pack
 from facezip.surface.folder import load_surface
 from facezip.surface.layout import is_layered
+from facezip.surface.maps import ALBEDO
+from facezip.surface.scans import Surface
 from facezip.textures import read_values
+from facezip.writing import check_target
 
 # In the order in which a pack states them.
 FIT = ("method", "differences", "weight_scale", "masks", "restarts", "seed")
 # Those that hold nothing as large as a texture.
 STREAMED = ("refined", "pca")
 GOALS = ("target_rmse", "budget_mb")
+DEFAULTS = {"method": "refined", **{name: getattr(Settings, name) for name in FIT[1:]}, **dict.fromkeys(GOALS)}
 
 
 def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """The options that say how to compress: those of ``FIT`` and ``GOALS``."""
-    for option in reversed(
-        (
-            click.option("--method", type=click.Choice(list(METHODS)), default="refined", show_default=True),
-            click.option(
-                "--differences", default=4, show_default=True, metavar="R", help="Number of difference textures."
-            ),
-            click.option(
-                "--weight-scale", default=8, show_default=True, metavar="S", help="Weight maps are 1/S as wide."
-            ),
-            click.option(
-                "--target-rmse", type=float, metavar="X", help="Choose R and S: least memory with at most this error."
-            ),
-            click.option(
-                "--budget-mb", type=float, metavar="X", help="Choose R and S: least error in this GPU memory."
-            ),
-            click.option("--masks", default=53, show_default=True, metavar="K", help="Masks on the face (paper)."),
-            click.option(
-                "--restarts", default=100, show_default=True, metavar="N",
-                help="Random starts of the stitching (paper).",
-            ),
-            click.option("--seed", default=0, show_default=True, metavar="S"),
-        )
-    ):  # fmt: skip
+    options_in_order = (
+        _fit("method", None, None, click.Choice(list(METHODS))),
+        _fit("differences", "R", "Number of difference textures."),
+        _fit("weight_scale", "S", "Weight maps are 1/S as wide."),
+        _fit("target_rmse", "X", "Choose R and S: least memory with at most this error.", float),
+        _fit("budget_mb", "X", "Choose R and S: least error in this GPU memory.", float),
+        _fit("masks", "K", "Masks on the face (paper)."),
+        _fit("restarts", "N", "Random starts of the stitching (paper)."),
+        _fit("seed", "S", "Of what is random (paper)."),
+    )
+    for option in reversed(options_in_order):
         command = option(command)
     return command
+
+
+def _fit(name: str, metavar: str | None, help_: str | None, kind: Any = int) -> Callable[..., Any]:
+    flag, default = f"--{name.replace('_', '-')}", DEFAULTS[name]
+    return click.option(flag, type=kind, default=default, show_default=True, metavar=metavar, help=help_)
 
 
 @click.command("compress")
@@ -172,33 +169,34 @@ def compress_into(
         For what is wrong with the input, and ``CANNOT_WRITE``.
     """
     start = perf_counter()
+    fit = {name: settings[name] for name in FIT}
+    check(fit["method"], Settings(**{name: value for name, value in fit.items() if name != "method"}))
+    check_target(output, overwrite, is_pack)
     surface = load_surface(character, keep_floats=keep_floats)
+    off = _off(surface)
+    if off:
+        warn(misregistered(character, off))
     if surface.ordinary:
         if map_weights:
             raise click.UsageError(f"--map-weight: {character} has no map but its albedo")
-        document = _compress_albedo(surface.whole, character, output, settings, overwrite, importance, warn)
+        document = _compress_albedo(surface.whole, output, fit, settings, overwrite, importance)
     else:
         if importance or any(settings[goal] is not None for goal in GOALS):
             raise click.UsageError("--target-rmse, --budget-mb and --importance are for one albedo on one tile")
-        fit = {name: settings[name] for name in FIT}
         document = compress_layered(surface, output, overwrite, map_weights or {}, fit)
-    return {**document, "pack": str(output), "seconds": round(perf_counter() - start, 3)}
+    return {**document, "pack": str(output), "misregistered": off, "seconds": round(perf_counter() - start, 3)}
 
 
 def _compress_albedo(
     scans: Character,
-    character: Path,
     output: Path,
+    fit: dict[str, Any],
     settings: Mapping[str, Any],
     overwrite: bool,
     importance: Path | None,
-    warn: Callable[[str], None],
 ) -> dict[str, Any]:
-    off = {name: round(one.rms, 2) for name, one in alignments(scans, quick=True).items() if not one.registered}
-    if off:
-        warn(misregistered(character, off))
     weights = None if importance is None else read_values(importance)
-    made_with = {name: settings[name] for name in FIT}
+    made_with = dict(fit)
     if any(settings[goal] is not None for goal in GOALS):
         choice = _chosen(scans, settings, weights)
         model = choice.model
@@ -208,10 +206,20 @@ def _compress_albedo(
         choice, model = None, compress(scans, **made_with, importance=weights)
     if importance is not None:
         made_with["importance"] = importance.name
-    document = write_measured(scans, model, output, overwrite, made_with) | {"misregistered": off}
+    document = write_measured(scans, model, output, overwrite, made_with)
     if choice:
         document |= {"choice": {"reason": choice.reason, "tried": [asdict(trial) for trial in choice.tried]}}
     return document
+
+
+def _off(surface: Surface) -> dict[str, float]:
+    """The expressions that are misregistered, and by how many texels of the albedo; of several tiles on the worst."""
+    off: dict[str, float] = {}
+    for part in surface.of_map(ALBEDO):
+        for name, one in alignments(part, quick=True).items():
+            if not one.registered:
+                off[name] = max(round(one.rms, 2), off.get(name, 0.0))
+    return off
 
 
 def misregistered(character: str | Path, off: Mapping[str, float]) -> str:

@@ -12,6 +12,7 @@ from facezip.commands.candidates import candidate
 from facezip.commands.compress import write_measured
 from facezip.measure import mean_rmse, texture_errors
 from facezip.methods import compress
+from facezip.surface.scans import Surface
 from facezip.writing import whole_folder
 
 REPORT = "report"
@@ -55,7 +56,10 @@ def command(
         compressed = write_measured(scans, compress(scans, **settings), pack, False, settings)
         (folder / REPORT).mkdir()
         document = validate(
-            scans, [candidate(scans, pack)], folder / REPORT, Settings(resolution=image_resolution, spp=spp, seed=seed)
+            scans,
+            [candidate(Surface.of(scans), pack)],
+            folder / REPORT,
+            Settings(resolution=image_resolution, spp=spp, seed=seed),
         )
         document |= {
             "baselines": baselines(scans, seed),

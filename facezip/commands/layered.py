@@ -22,7 +22,7 @@ def compress_layered(
     """Fit and write the pack, read it back, and describe it: facts, and the errors of every map."""
     model = compress_surface(surface, **settings, map_weights=map_weights)
     made_with = {**settings, "map_weights": dict(map_weights)} if map_weights else settings
-    return {"pack": str(output), **write_measured_surface(surface, model, output, overwrite, made_with)}
+    return write_measured_surface(surface, model, output, overwrite, made_with)
 
 
 def write_measured_surface(

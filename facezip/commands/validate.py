@@ -12,18 +12,15 @@ import click
 
 from facezip.batch.workers import crew
 from facezip.commands import options
-from facezip.commands.candidates import candidate
+from facezip.commands.candidates import candidate, staged_character, staged_original
 from facezip.commands.layered import error_words
-from facezip.commands.staged import staged_candidate, staged_character, staged_original
-from facezip.errors import FaceZipError
+from facezip.errors import ExitCode, FaceZipError
 from facezip.surface.folder import load_surface
 from facezip.surface.scans import Surface
 from facezip.writing import resumable_folder
 
 if TYPE_CHECKING:
-    from facezip.character import Character
     from render.settings import Settings
-    from render.skins import Texture
     from render.validation import Candidate, Filled, Filler
 
 REPORT_FILE = "report.json"
@@ -42,6 +39,7 @@ REPORT_FILE = "report.json"
 @click.option("--spp", type=int, metavar="N", help="Samples per pixel to begin with.  [default: 16]")
 @click.option("--max-spp", type=int, metavar="N", help="Samples where the verdict is close.  [default: 4 x spp]")
 @click.option("--seed", type=int, metavar="S", help="Of all random numbers.  [default: 0]")
+@click.option("--fail-on", type=click.Choice(["visible", "fails"]), help="Exit code 7 where a pack is as bad as that.")
 @options.worker_options
 @options.overwrite
 @options.as_json
@@ -52,10 +50,11 @@ def command(
     config: Path | None,
     workers: int | None,
     scheduler: str | None,
+    fail_on: str | None,
     overwrite: bool,
     as_json: bool,
     **given: Any,
-) -> None:
+) -> int:
     """Render every expression of CHARACTER with its original and its compressed textures, and report the difference.
 
     Both sides are shaded on the same light paths, so that the difference is the compression's alone. In the place of
@@ -68,10 +67,11 @@ def command(
     renders on all cores.
     """
     from render.settings import read_settings
+    from render.verdict import LEVELS
 
     settings = read_settings(config, {key: value for key, value in given.items() if value is not None})
     surface = load_surface(character)
-    candidates = _candidates(surface, packs)
+    candidates = [candidate(surface, path) for path in packs]
 
     def distribute(names: Sequence[str], folder: Path, earlier: Path | None) -> "list[Filled]":
         if workers is None and scheduler is None:
@@ -82,6 +82,8 @@ def command(
 
     document = _validate_into(surface, candidates, output, overwrite, settings, distribute)
     options.answer(document, as_json, lambda: _lines(document, output))
+    worst = max(LEVELS.index(pack["level"]) for pack in document["packs"])
+    return ExitCode.DIFFERENCE if fail_on and worst >= LEVELS.index(fail_on) else ExitCode.DONE
 
 
 def _validate_into(
@@ -96,28 +98,15 @@ def _validate_into(
     from render.validation import validate
     from reports.validation import write_validation_report
 
-    scans, original = _stage(surface)
+    scans, original = staged_character(surface), staged_original(surface)
     earlier = output if output.is_dir() else None
     with resumable_folder(output, overwrite, lambda folder: (folder / REPORT_FILE).is_file()) as folder:
         document = validate(
             scans, candidates, folder, settings, earlier, original, lambda names: distribute(names, folder, earlier)
         )
-        document["character"] = surface.facts if original else scans.facts
+        document["character"] = surface.facts
         write_validation_report(document, folder)
     return document
-
-
-def _stage(surface: Surface) -> "tuple[Character, Callable[[str], Texture] | None]":
-    """What the renderer takes for the character, and its own textures where they are more than its albedo."""
-    if surface.ordinary:
-        return surface.whole, None
-    return staged_character(surface), staged_original(surface)
-
-
-def _candidates(surface: Surface, packs: Sequence[Path]) -> "list[Candidate]":
-    if surface.ordinary:
-        return [candidate(surface.whole, path) for path in packs]
-    return [staged_candidate(surface, path) for path in packs]
 
 
 @dataclass(frozen=True)
@@ -147,8 +136,8 @@ def _filler(share: Share) -> "Filler":
     from render.validation import Filler
 
     surface = load_surface(share.character)
-    scans, original = _stage(surface)
-    candidates = _candidates(surface, share.packs)
+    candidates = [candidate(surface, path) for path in share.packs]
+    scans, original = staged_character(surface), staged_original(surface)
     return Filler(scans, candidates, share.folder, share.settings, share.earlier, original)
 
 

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.manifest import Manifest, read_manifest
+from facezip.manifest import Manifest
 from facezip.model import CompressedTextures, Meshes
-from facezip.pack import read_pack
-from facezip.quantise import ZERO
+from facezip.pack import read_stored, verify_pack
+from facezip.quantise import ZERO, QuantisedMaps, dequantise
 from facezip.raster import rasterise
 from facezip.textures import Texels
 
@@ -27,12 +27,14 @@ class Source:
     ----------
     path : its folder.
     manifest : its manifest.
-    model : its maps as values.
+    maps : its maps as they are stored.
+    model : the same as values.
     covered : ``(H, W)``, whether a texel's centre lies in the UV chart; everywhere where the pack has no mesh.
     """
 
     path: Path
     manifest: Manifest
+    maps: QuantisedMaps
     model: CompressedTextures
     covered: NDArray[np.bool_]
 
@@ -48,21 +50,19 @@ class Source:
     @property
     def difference_scale(self) -> NDArray[np.float32]:
         """``(R, C)``: D = (t - 128/255) · scale."""
-        return np.array(self.manifest.difference_scale, np.float32)
+        return self.maps.difference_scale
 
     @property
     def neutral_texels(self) -> Texels:
         """``(H, W, C)``, the neutral as stored, what lies outside the chart replaced by what is nearest inside."""
-        fill = Fill(self.covered)
-        if self.manifest.neutral_bits == 16:
-            return fill(np.rint(self.model.neutral * 65535).astype(np.uint16))
-        return fill(np.rint(self.model.neutral * 255).astype(np.uint8))
+        neutral: Texels = Fill(self.covered)(self.maps.neutral)  # type: ignore[type-var, assignment]
+        return neutral
 
     @property
     def difference_texels(self) -> NDArray[np.uint8]:
         """``(R, H, W, C)``, in the manifest's range, outside the chart as :attr:`neutral_texels`."""
         fill = Fill(self.covered)
-        return np.stack([fill(one) for one in to_steps(self.model.differences, self.difference_scale)])
+        return np.stack([fill(one) for one in self.maps.differences])
 
 
 def read_source(pack: Path) -> Source:
@@ -73,17 +73,18 @@ def read_source(pack: Path) -> Source:
     FaceZipError
         What :func:`facezip.read_pack` raises; ``BAD_VALUE`` for textures that are neither grey nor colour.
     """
-    model = read_pack(pack)
-    manifest = read_manifest(pack)
+    manifest = verify_pack(pack)
     if manifest.channels not in (1, 3):
         raise FaceZipError(
             ErrorCode.BAD_VALUE, f"{pack}: textures of {manifest.channels} channels; engines take those of 1 or 3"
         )
+    maps, meshes = read_stored(Path(pack), manifest)
     covered = np.ones(manifest.size, np.bool_)
-    if model.meshes is not None:
-        chart = rasterise(model.meshes.topology, manifest.size).covered
+    if meshes is not None:
+        chart = rasterise(meshes.topology, manifest.size).covered
         covered = chart if chart.any() else covered
-    return Source(Path(pack), manifest, model, covered)
+    model = dequantise(maps, manifest.expressions, manifest.method, meshes)
+    return Source(Path(pack), manifest, maps, model, covered)
 
 
 class Fill:

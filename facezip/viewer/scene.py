@@ -15,10 +15,10 @@ from PIL import Image
 from facezip.character import Character
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.footprint import SLOTS_PER_LAYER
-from facezip.manifest import Manifest, read_manifest
+from facezip.manifest import Manifest
 from facezip.measure import mean_rmse, model_errors
 from facezip.model import CompressedTextures, Meshes
-from facezip.pack import NEUTRAL_FILE, bytes_on_disk, read_pack
+from facezip.pack import NEUTRAL_FILE, bytes_on_disk, read_verified, verify_pack
 from facezip.quantise import STEPS, ZERO
 from facezip.textures import Texels, read_texture_exactly, to_float
 
@@ -50,14 +50,14 @@ def read_scene(pack: Path, character: Character | None = None) -> Scene:
         What :func:`facezip.pack.read_pack` raises; ``UNKNOWN_NAME`` or ``SIZE_MISMATCH`` where the character is another
         one; ``BAD_VALUE`` where textures are no pictures (2 or 4 channels).
     """
-    model = read_pack(pack)
-    manifest = read_manifest(pack)
+    manifest = verify_pack(pack)
     if manifest.channels not in (1, 3):
         raise FaceZipError(
             ErrorCode.BAD_VALUE, f"{pack}: textures of {manifest.channels} channels; the viewer shows 1 or 3"
         )
     if character is not None:
         _check_same(character, pack, manifest)
+    model = read_verified(pack, manifest)
     document = _document(pack, manifest, model)
     assets = {"neutral.png": _constant(_neutral_png(pack))}
     for i in range(len(manifest.difference_scale)):

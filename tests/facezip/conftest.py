@@ -3,6 +3,7 @@ import pytest
 
 from facezip.character import Character
 from facezip.meshes import Topology
+from facezip.methods import compress
 from facezip.model import CompressedTextures, Meshes
 
 
@@ -66,3 +67,11 @@ def character():
 @pytest.fixture
 def model():
     return random_model(meshes=True)
+
+
+def refine(character, differences, weight_scale, importance=None):
+    return compress(character, "refined", differences=differences, weight_scale=weight_scale, importance=importance)
+
+
+def principal_components(character, count):
+    return compress(character, "pca", differences=count)

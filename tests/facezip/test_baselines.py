@@ -3,10 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip.baselines import combine_differences, difference_gram, principal_components
+from facezip.baselines import combine_differences, difference_gram
 from facezip.measure import mean_rmse, texture_errors
 from facezip.samples import samples_of
-from tests.facezip.conftest import random_character
+from tests.facezip.conftest import principal_components, random_character
 
 
 def pixels(character):

@@ -3,10 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip.baselines import principal_components
 from facezip.measure import mean_rmse, model_errors, texture_errors
-from facezip.refine import refine
-from tests.facezip.conftest import random_character
+from tests.facezip.conftest import principal_components, random_character, refine
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])

@@ -3,13 +3,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip.baselines import principal_components, principal_weights
+from facezip.baselines import principal_weights
 from facezip.measure import mean_rmse, model_errors
 from facezip.quantise import dequantise, quantise
-from facezip.refine import balanced_start, fit_weights, refine
+from facezip.refine import balanced_start, fit_weights
 from facezip.samples import samples_of
 from facezip.sweep import solve_textures
-from tests.facezip.conftest import random_character
+from tests.facezip.conftest import principal_components, random_character, refine
 
 
 def stored(model):
@@ -94,7 +94,7 @@ def test_importance_moves_the_error_to_where_it_counts_less():
 def test_same_bytes_whatever_the_number_of_threads(character, monkeypatch):
     models = []
     for threads in (1, 2, 7):
-        monkeypatch.setattr("os.cpu_count", lambda threads=threads: threads)
+        monkeypatch.setattr("facezip.cores._share", threads)
         models.append(refine(character, 2, 8))
     for model in models[1:]:
         np.testing.assert_array_equal(model.weights, models[0].weights)

@@ -12,7 +12,7 @@ HEAD = np.ones(A.shape[:2], bool)
 def test_equal_pictures_have_no_error_in_any_metric():
     metrics = compare(Picture(A, HEAD), Picture(A.copy(), HEAD))
     assert metrics == {
-        "image_rmse": 0, "psnr": None, "flip": 0, "delta_e_mean": 0, "delta_e_p95": 0, "ssim": 1,
+        "image_rmse": 0, "psnr": None, "flip": 0, "delta_e_mean": 0, "delta_e_p95": 0, "delta_e_local": 0, "ssim": 1,
     }  # fmt: skip
 
 
@@ -23,7 +23,7 @@ def test_metrics_are_symmetric(metric):
 
 def test_a_larger_error_counts_for_more():
     small, large = (compare(Picture(A, HEAD), Picture(A + t * (B - A), HEAD)) for t in (np.float32(0.5), np.float32(1)))
-    for metric in ("image_rmse", "flip", "delta_e_mean", "delta_e_p95"):
+    for metric in ("image_rmse", "flip", "delta_e_mean", "delta_e_p95", "delta_e_local"):
         assert 0 < small[metric] < large[metric]
     assert 1 > small["ssim"] > large["ssim"]
 
@@ -33,7 +33,18 @@ def test_pixels_beside_the_head_do_not_count():
     head[:, 20:] = False
     spoilt = A.copy()
     spoilt[:, 39] = 0
-    assert compare(Picture(A, head), Picture(spoilt, head))["delta_e_p95"] == 0
+    found = compare(Picture(A, head), Picture(spoilt, head))
+    assert found["delta_e_p95"] == found["delta_e_local"] == 0
+
+
+def test_a_spoilt_place_counts_however_large_the_head():
+    """A percentile of the whole does not see what covers less than a twentieth of it."""
+    skin, head = np.full((200, 200, 3), 0.6, np.float32), np.ones((200, 200), bool)
+    spoilt = skin.copy()
+    spoilt[90:110, 90:110] = [0.2, 0.9, 0.2]
+    found = compare(Picture(skin, head), Picture(spoilt, head))
+    assert found["delta_e_p95"] == 0
+    assert found["delta_e_local"] == pytest.approx(float(delta_e(skin[100, 100], spoilt[100, 100])))
 
 
 def test_rmse_and_psnr_are_in_units_of_255():

@@ -83,6 +83,16 @@ def test_an_error_is_found_where_it_is():
     assert errors == pytest.approx({"forehead": 0.1, "mouth": worst["delta_e_p95"]})
 
 
+def test_a_place_too_small_for_any_percentile_is_found():
+    labels = np.full((200, 200), NAMES.index("forehead"), np.int32)
+    labels[100:] = NAMES.index("mouth")
+    error = np.zeros((200, 200), np.float32)
+    error[150:160, 90:100] = 40
+    errors, worst = locate(error, np.ones((200, 200), bool), labels)
+    assert errors["mouth"] == 0
+    assert worst["region"] == "mouth"
+
+
 def test_pixels_beside_the_head_and_slivers_name_no_place():
     labels = np.full((60, 40), NAMES.index("nose"), np.int32)
     labels[0, :5] = NAMES.index("chin")

@@ -16,7 +16,7 @@ spp = 8
 max_spp = 32
 seed = 5
 [thresholds]
-indistinguishable = { delta_e = 0.5, flip = 0.02 }
+indistinguishable = { delta_e = 0.5, flip = 0.02, local = 1.5 }
 visible = { delta_e = 2 }
 """
 
@@ -32,7 +32,7 @@ def test_without_a_file_there_are_defaults():
 
 
 def test_a_file_says_everything(tmp_path):
-    limits = Thresholds(Limit(0.5, 0.02), Limit(2.0, 0.10))
+    limits = Thresholds(Limit(0.5, 1.5, 0.02), Limit(2.0, 6.0, 0.10))
     views = (VIEWS[0], View("ear", azimuth=75.0, extent=0.3, aim=(0.1, 0.0)))
     expected = Settings(views, ("daylight",), "diffuse", "full", 256, 8, 32, 5, limits)
     assert read_settings(written(tmp_path, FILE), {}) == expected

@@ -80,7 +80,7 @@ def test_resolved_settings_and_versions_are_in_the_result(result):
     assert [view["name"] for view in conditions["views"]] == [view.name for view in VIEWS[:2]]
     assert conditions["views"][0]["azimuth"] == VIEWS[0].azimuth
     assert conditions["lights"] == ["studio", "side"]
-    assert conditions["thresholds"]["indistinguishable"] == {"delta_e": 1.0, "flip": 0.05}
+    assert conditions["thresholds"]["indistinguishable"] == {"delta_e": 1.0, "flip": 0.05, "local": 2.0}
     assert {"transport", "material", "max_spp", "mitsuba", "pixels_per_degree"} < {*conditions}
 
 
@@ -95,10 +95,13 @@ def one_look(limits, **changes):
 
 def test_samples_are_spent_only_where_a_limit_is_near(character, tmp_path):
     far = validate(
-        character, [brighter(character, 0.02)], tmp_path / "far", one_look(Thresholds(Limit(20, 1), Limit(50, 1)))
+        character,
+        [brighter(character, 0.02)],
+        tmp_path / "far",
+        one_look(Thresholds(Limit(20, 99, 1), Limit(50, 99, 1))),
     )
     value = far["renders"][0]["packs"][0]["delta_e_p95"]
-    near = Thresholds(Limit(value, 1), Limit(50, 1))
+    near = Thresholds(Limit(value, 99, 1), Limit(50, 99, 1))
     close = validate(character, [brighter(character, 0.02)], tmp_path / "close", one_look(near))
     assert far["renders"][0]["spp"] == 4
     assert far["packs"][0]["decided"]

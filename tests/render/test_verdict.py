@@ -2,11 +2,12 @@ import pytest
 
 from render.verdict import Limit, Thresholds, verdict
 
-LIMITS = Thresholds(Limit(1.0, 0.05), Limit(3.0, 0.10))
+LIMITS = Thresholds(Limit(1.0, 2.0, 0.05), Limit(3.0, 6.0, 0.10))
 
 
-def render(name, delta_e, flip, decided=True):
-    numbers = {"delta_e_p95": delta_e, "flip": flip, "level": LIMITS.level(delta_e, flip), "decided": decided}
+def render(name, delta_e, flip, decided=True, local=0):
+    level = LIMITS.level(delta_e, local, flip)
+    numbers = {"delta_e_p95": delta_e, "flip": flip, "delta_e_local": local, "level": level, "decided": decided}
     where = {"region": "mouth"} if delta_e else None
     return {"expression": name, "view": "close_up", "light": "side", "spp": 64, "packs": [numbers | {"where": where}]}
 
@@ -20,7 +21,14 @@ def render(name, delta_e, flip, decided=True):
     ],
 )  # fmt: skip
 def test_a_level_begins_where_the_one_before_ends(delta_e, flip, level):
-    assert LIMITS.level(delta_e, flip) == level
+    assert LIMITS.level(delta_e, 0, flip) == level
+
+
+@pytest.mark.parametrize(
+    ("local", "level"), [(1e-9, "indistinguishable"), (2, "indistinguishable"), (2.01, "visible"), (6.01, "fails")]
+)
+def test_a_small_place_is_enough(local, level):
+    assert LIMITS.level(0, local, 0) == level
 
 
 def test_the_worst_render_is_named_with_its_place():
@@ -46,3 +54,10 @@ def test_every_level_says_what_it_is():
 
 def test_doubt_is_said():
     assert "too close to the limit to tell with 64" in verdict(0, [render("smile", 1.01, 0.01, False)], LIMITS)[1]
+
+
+def test_at_most_is_over_all_renders():
+    """The render that is worst as a whole need not be the worst of every metric."""
+    renders = [render("smile", 0.9, 0.01, local=0.5), render("laugh", 0.2, 0.03, local=1.5)]
+    sentence = verdict(0, renders, LIMITS)[1]
+    assert "at most dE2000 0.9 at the 95th percentile and 1.5 in the worst place, FLIP 0.03" in sentence

@@ -6,7 +6,7 @@ import pytest
 from render.exr import write_exr
 
 METRICS = {"image_rmse": 1.5, "image_rmse_debiased": 1.25, "psnr": 44.6, "flip": 0.0123, "delta_e_mean": 0.37,
-           "delta_e_p95": 0.93, "ssim": 0.9876}  # fmt: skip
+           "delta_e_p95": 0.93, "delta_e_local": 1.8, "ssim": 0.9876}  # fmt: skip
 SIZE = 24
 
 
@@ -34,7 +34,7 @@ def make_document(folder, packs=("refined",), expressions=("smile", "frown"), vi
             renders.append({"expression": expression, "view": view, "light": "studio", "exr": file,
                             "noise_floor": 0.71 + 0.01 * e, "packs": measured})  # fmt: skip
     return {
-        "format": "facezip-validation/1",
+        "format": "facezip-validation/2",
         "character": {"name": name, "expressions": list(expressions), "resolution": [64, 128], "vertices": 4321,
                       "triangles": 8642, "channels": 3},
         "conditions": {"spp": 16, "sampler": "multijitter", "seed": 3, "views": list(views), "lights": ["studio"],

@@ -7,7 +7,10 @@ from reports.places import limits_of, region_table, tally, worst_places
 from tests.reports.conftest import make_document
 from tests.reports.test_validation import HOSTILE, page_of
 
-LIMITS = {"indistinguishable": {"delta_e": 1.0, "flip": 0.05}, "visible": {"delta_e": 3.0, "flip": 0.1}}
+LIMITS = {
+    "indistinguishable": {"delta_e": 1.0, "flip": 0.05, "local": 2.0},
+    "visible": {"delta_e": 3.0, "flip": 0.1, "local": 6.0},
+}
 
 
 @pytest.fixture
@@ -37,7 +40,7 @@ def test_the_page_shows_places_regions_limits_and_tallies(placed, tmp_path):
     text = " ".join(page.words)
     assert "left cheek" in text
     assert "Renders: 3 indistinguishable, 1 visible" in text
-    assert "ΔE2000 ≤ 1 and FLIP ≤ 0.05" in text
+    assert "ΔE2000 p95 ≤ 1, in the worst place ≤ 2, FLIP ≤ 0.05" in text
 
 
 def test_a_region_that_a_pack_was_not_measured_in_says_so(placed):

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from facezip import save_character
+from facezip.cores import use_cores
 from tests.facezip.conftest import random_character
 from tests.trust.findings import Row
 
@@ -54,7 +55,7 @@ def _digests(work: Path, number: int, threads: int, order: int, folder: str) -> 
 def _run(threads: int, order: int, scans: Path, out: Path) -> None:
     from tests.trust.children import command
 
-    os.cpu_count = lambda: threads
+    use_cores(threads)
     if order:
         rng = random.Random(order)
         Path.iterdir, Path.glob = _shuffled(Path.iterdir, rng), _shuffled(Path.glob, rng)
