@@ -81,8 +81,9 @@ def fit_weights(
         ahead = _extrapolated(weights, before)
         system = joint_system(maps, ahead)
         unit = unit or system.mean_diagonal
+        system.regularise(unit, smoothness)
         before = weights
-        weights, explained = solve_weights(system.regularised(unit, smoothness), ahead)
+        weights, explained = solve_weights(system, ahead)
         if explained < best:
             # Momentum went past the goal: forget it.
             before = weights

@@ -45,28 +45,11 @@ class WeightSystem:
         """The unit of the regularisation."""
         return float(np.einsum("hiiw->", self.matrix[:, :, :, 4], dtype=np.float64) / self.right[:, :, 0].size)
 
-    def regularised(self, unit: float, smoothness: float = SMOOTHNESS) -> "WeightSystem":
-        """The system of the error plus ``smoothness · unit · ‖∇W‖² + RIDGE · unit · ‖W‖²``."""
-        height, slots = len(self.matrix), np.arange(self.matrix.shape[1])
-        smoothness = smoothness * unit
-
-        def tied(block: slice) -> NDArray[np.float32]:
-            matrix = self.matrix[block].copy()
-            diagonal = matrix[:, slots, slots]
-            for here, rows, columns in (
-                (1, slice(1 if block.start == 0 else 0, None), slice(None)),
-                (7, slice(None, -1 if block.stop == height else None), slice(None)),
-                (3, slice(None), slice(1, None)),
-                (5, slice(None), slice(None, -1)),
-            ):
-                diagonal[rows, :, here, columns] -= smoothness
-                diagonal[rows, :, 4, columns] += smoothness
-            # A grid where no texel counts at all would be singular.
-            diagonal[:, :, 4] += max(RIDGE * unit, 1e-30)
-            matrix[:, slots, slots] = diagonal
-            return matrix
-
-        return WeightSystem(by_rows(tied, self.matrix.shape, np.float32), self.right)
+    def regularise(self, unit: float, smoothness: float = SMOOTHNESS) -> None:
+        """Add the equations of ``smoothness · unit · ‖∇W‖² + RIDGE · unit · ‖W‖²``."""
+        # A grid where no texel counts at all would be singular.
+        tie, ridge = np.float32(smoothness * unit), np.float32(max(RIDGE * unit, 1e-30))
+        map_rows(lambda top, bottom: _regularise(top, bottom, self.matrix, tie, ridge), len(self.matrix))
 
 
 def solve_weights(system: WeightSystem, start: NDArray[np.float32]) -> tuple[NDArray[np.float32], float]:
@@ -79,8 +62,8 @@ def solve_weights(system: WeightSystem, start: NDArray[np.float32]) -> tuple[NDA
     """
     rows = len(start)
     # The preconditioner: the inverse of what each texel's weights have to do with themselves.
-    shape = rows, *system.matrix.shape[1:3], start.shape[3]
-    inverse = by_rows(lambda some: _inverted(system.matrix[some, :, :, 4]), shape, np.float32)
+    inverse: NDArray[np.float32] = scratch.empty((rows, *system.matrix.shape[1:3], start.shape[3]), np.float32)
+    map_rows(lambda top, bottom: _invert(top, bottom, system.matrix, inverse), rows)
     weights = by_rows(lambda some: start[some], start.shape, np.float32)
     conditioned, image = (scratch.empty(start.shape, np.float32) for _ in range(2))
     length, turn = np.zeros(start.shape[2], np.float32), np.zeros(start.shape[2], np.float32)
@@ -112,13 +95,43 @@ def _explained(
     return float(np.vdot(start[top:bottom], right[top:bottom] + residual[top:bottom]))
 
 
-def _inverted(blocks: NDArray[np.float32]) -> NDArray[np.float32]:
-    inverse: NDArray[np.float32] = np.linalg.inv(blocks.transpose(0, 3, 1, 2)).transpose(0, 2, 3, 1)
-    return inverse
-
-
 def _ratio(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float32]:
     return np.divide(a, b, out=np.zeros_like(a), where=b > 0).astype(np.float32)
+
+
+@njit(cache=True, nogil=True)
+def _regularise(top: int, bottom: int, matrix: NDArray[np.float32], tie: np.float32, ridge: np.float32) -> None:
+    h, slots, _, _, w = matrix.shape
+    for y in range(top, bottom):
+        for i in range(slots):
+            for x in range(w):
+                neighbours = 0
+                for there, cell in ((y > 0, 1), (x > 0, 3), (x < w - 1, 5), (y < h - 1, 7)):
+                    if there:
+                        matrix[y, i, i, cell, x] -= tie
+                        neighbours += 1
+                matrix[y, i, i, 4, x] += neighbours * tie + ridge
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
+def _invert(top: int, bottom: int, matrix: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+    """The inverse of every texel's coupling with itself, by Gauss and Jordan: they are positive definite."""
+    _, slots, _, _, w = matrix.shape
+    for y in range(top, bottom):
+        out[y] = matrix[y, :, :, 4]
+        for k in range(slots):
+            for x in range(w):
+                out[y, k, k, x] = np.float32(1) / out[y, k, k, x]
+            for i in range(slots):
+                for x in range(w if i != k else 0):
+                    out[y, i, k, x] *= -out[y, k, k, x]
+            for i in range(slots):
+                for j in range(slots):
+                    for x in range(w if i != k and j != k else 0):
+                        out[y, i, j, x] += out[y, i, k, x] * out[y, k, j, x]
+            for j in range(slots):
+                for x in range(w if j != k else 0):
+                    out[y, k, j, x] *= out[y, k, k, x]
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
@@ -129,29 +142,34 @@ def _multiply(
     h, slots, count, _ = x.shape
     dots = np.zeros(count)
     for y in range(top, bottom):
+        out[y] = 0
         for i in range(slots):
+            for ny in range(max(y - 1, 0), min(y + 2, h)):
+                for j in range(slots):
+                    _add_row(matrix, y, i, j, x, ny, out)
             for n in range(count):
-                target = out[y, i, n]
-                target[:] = 0
-                for ny in range(max(y - 1, 0), min(y + 2, h)):
-                    for j in range(slots):
-                        _add_row(matrix[y, i, j], 3 * (ny - y + 1), x[ny, j, n], target)
-                dots[n] += _dot(x[y, i, n], target)
+                dots[n] += _dot(x[y, i, n], out[y, i, n])
     return dots
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def _add_row(coupling: NDArray[np.float32], first: int, x: NDArray[np.float32], out: NDArray[np.float32]) -> None:
-    """Add the products of a row of weight texels with the three couplings from ``first`` on, ``(9, w)``."""
-    before, same, after = coupling[first], coupling[first + 1], coupling[first + 2]
-    last = len(x) - 1
-    out[0] += same[0] * x[0]
-    if last == 0:
-        return
-    out[0] += after[0] * x[1]
-    for column in range(1, last):
-        out[column] += before[column] * x[column - 1] + same[column] * x[column] + after[column] * x[column + 1]
-    out[last] += before[last] * x[last - 1] + same[last] * x[last]
+def _add_row(
+    matrix: NDArray[np.float32], y: int, i: int, j: int, x: NDArray[np.float32], ny: int, out: NDArray[np.float32]
+) -> None:
+    """Add to ``out[y, i]`` what couples its texels to those of row ``ny`` in slot j, for all expressions."""
+    first, last = 3 * (ny - y + 1), x.shape[3] - 1
+    for n in range(x.shape[2]):
+        out[y, i, n, 0] += matrix[y, i, j, first + 1, 0] * x[ny, j, n, 0]
+        if last > 0:
+            out[y, i, n, 0] += matrix[y, i, j, first + 2, 0] * x[ny, j, n, 1]
+            for c in range(1, last):
+                out[y, i, n, c] += (
+                    matrix[y, i, j, first, c] * x[ny, j, n, c - 1]
+                    + matrix[y, i, j, first + 1, c] * x[ny, j, n, c]
+                    + matrix[y, i, j, first + 2, c] * x[ny, j, n, c + 1]
+                )
+            out[y, i, n, last] += matrix[y, i, j, first, last] * x[ny, j, n, last - 1]
+            out[y, i, n, last] += matrix[y, i, j, first + 1, last] * x[ny, j, n, last]
 
 
 @njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
