@@ -164,9 +164,7 @@ def _scale(factor: NDArray[np.float32], run: int, values: NDArray[np.float32]) -
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def _dot(
-    a: NDArray[np.float32], i: int, b: NDArray[np.float32], j: int, run: int, out: NDArray[np.float32]
-) -> None:
+def _dot(a: NDArray[np.float32], i: int, b: NDArray[np.float32], j: int, run: int, out: NDArray[np.float32]) -> None:
     """``out[i, j, x] = Σ_n a[i, n, x] b[j, n, x]``, four terms at a time: the sum is read and written less often."""
     count = a.shape[1]
     whole = count - count % 4
