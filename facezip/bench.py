@@ -20,9 +20,9 @@ from facezip.character import MASK, NEUTRAL, load_character
 from facezip.cores import cores
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.machine import peak_memory
-from facezip.measure import mean_rmse, model_errors
+from facezip.measure import mean_rmse, pack_errors
 from facezip.methods import compress
-from facezip.pack import read_pack, write_pack
+from facezip.pack import write_pack
 from facezip.progress import track
 from facezip.textures import TEXTURE_SUFFIXES, read_texture, read_texture_exactly, write_texture
 
@@ -74,7 +74,7 @@ def _compressed(folder: Path, pack: Path) -> Run:
     model, fit_s = _timed(lambda: compress(character))
     bits = 8 if character.neutral.itemsize == 1 else 16
     _, write_s = _timed(lambda: write_pack(model, pack, neutral_bits=bits))
-    errors, measure_s = _timed(lambda: model_errors(character, read_pack(pack)))
+    errors, measure_s = _timed(lambda: pack_errors(character, pack))
     seconds = {"load_s": load_s, "check_s": check_s, "fit_s": fit_s, "write_s": write_s, "measure_s": measure_s}
     found = {"rmse": mean_rmse(errors), "bytes_on_gpu": model.footprint.bytes_on_gpu}
     return {**seconds, "total_s": sum(seconds.values()), **found}

@@ -45,6 +45,13 @@ class QuantisedMaps:
         """Whether every weight map is a single number (PCA)."""
         return self.weights.shape[1:3] == (1, 1)
 
+    @property
+    def weight_values(self) -> NDArray[np.float32]:
+        """``(N, h, w, R)`` float32, as a shader sees them."""
+        if self.uniform:
+            return self.weights.astype(np.float32)
+        return _weight_values(self.weights, self.weight_scale, self.weight_offset)
+
 
 def quantise(model: CompressedTextures, neutral_bits: int = 8) -> QuantisedMaps:
     """Round a model to 8 bits a channel (the neutral to 8 or 16), each range stretched to use them fully."""
@@ -69,12 +76,7 @@ def dequantise(
     stored = np.require(maps.differences, requirements="C")
     differences: NDArray[np.float32] = scratch.empty(stored.shape, np.float32)
     map_rows(lambda top, bottom: _difference_values(top, bottom, stored, steps, differences), len(differences[0]))
-    weights = (
-        maps.weights.astype(np.float32)
-        if maps.uniform
-        else _weight_values(maps.weights, maps.weight_scale, maps.weight_offset)
-    )
-    return CompressedTextures(to_float(maps.neutral), differences, weights, expressions, method, meshes)
+    return CompressedTextures(to_float(maps.neutral), differences, maps.weight_values, expressions, method, meshes)
 
 
 def rounded_weights(weights: NDArray[np.float32]) -> NDArray[np.float32]:

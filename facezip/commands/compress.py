@@ -21,11 +21,11 @@ from facezip.commands.facts import pack_facts
 from facezip.commands.layered import compress_layered, layered_lines, parse_map_weights
 from facezip.commands.options import megabytes
 from facezip.manifest import read_manifest
-from facezip.measure import mean_rmse, model_errors
+from facezip.measure import mean_rmse, pack_errors
 from facezip.methods import METHODS, Settings, check, compress
 from facezip.model import CompressedTextures
 from facezip.names import printable
-from facezip.pack import is_pack, read_pack, write_pack
+from facezip.pack import is_pack, write_pack
 from facezip.surface.folder import load_surface
 from facezip.surface.layout import is_layered
 from facezip.surface.maps import ALBEDO
@@ -242,7 +242,7 @@ def write_measured(
     """Write the pack, read it back, and describe it: facts, ``rmse`` and ``rmse_per_expression`` (0..255)."""
     bits = 8 if scans.neutral.itemsize == 1 else 16
     write_pack(model, output, neutral_bits=bits, made_with=settings, overwrite=overwrite)
-    errors = model_errors(scans, read_pack(output))
+    errors = pack_errors(scans, output)
     return {
         **pack_facts(output, read_manifest(output)),
         "rmse": mean_rmse(errors),

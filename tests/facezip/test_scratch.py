@@ -11,9 +11,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip import FaceZipError, compress, load_character, read_pack, save_character, scratch, write_pack
+from facezip import FaceZipError, compress, load_character, save_character, scratch, write_pack
 from facezip.errors import ErrorCode
-from facezip.measure import model_errors
+from facezip.measure import pack_errors
 from tests.facezip.conftest import random_character
 
 
@@ -21,7 +21,7 @@ def packed(scans, pack, **settings):
     """What is written and measured of a folder of scans: the bytes of every file, and the errors."""
     character = load_character(scans)
     write_pack(compress(character, **settings), pack)
-    return {file.name: file.read_bytes() for file in pack.iterdir()}, model_errors(character, read_pack(pack))
+    return {file.name: file.read_bytes() for file in pack.iterdir()}, pack_errors(character, pack)
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
