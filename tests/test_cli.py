@@ -142,6 +142,20 @@ def bad_calls(scans, pack, folder):
     }
 
 
+def test_a_call_that_fails_answers_programs_too(scans, pack, tmp_path):
+    usage, wrong = ("info", "--jsom", pack[0]), ("info", tmp_path / "no.facezip")
+    for arguments, name, status in (
+        (usage, "usage", ExitCode.USAGE),
+        (wrong, "missing-file", ExitCode.BAD_INPUT),
+        (("compress", scans, "-o", scans), "cannot-write", ExitCode.CANNOT_WRITE),
+    ):
+        plain, done = run(*arguments), run(*arguments, "--json")
+        assert (done.returncode, plain.stdout, done.stderr) == (status, "", plain.stderr)
+        error = json.loads(done.stdout)["error"]
+        assert error["code"] == name
+        assert error["message"] in done.stderr
+
+
 def test_every_wrong_call_is_one_line_an_exit_code_and_no_output(scans, pack, tmp_path):
     save_character(random_character(side=32, expressions=7), tmp_path / "other")
     write_texture(tmp_path / "importance.png", np.full((16, 16, 1), 255, np.uint8))
