@@ -111,11 +111,10 @@ def test_packs_of_others_are_left_alone_and_those_of_earlier_runs_stay_in_the_su
 
 
 def test_a_list_gives_each_its_settings_and_the_command_line_goes_before(scans, tmp_path):
-    paths = [f"[[character]]\npath = '{scans / name}'\ndifferences = {k + 1}\n" for k, name in enumerate(NAMES[:2])]
-    (tmp_path / "jobs.toml").write_text("weight_scale = 4\n" + "".join(paths))
+    first, second = (f"[[character]]\npath = '{scans / name}'\n" for name in NAMES[:2])
+    (tmp_path / "jobs.toml").write_text(f"method = 'paper'\ndifferences = 2\n{first}{second}differences = 1\n")
     entries, _, _ = batched(tmp_path / "packs", tmp_path / "jobs.toml")
-    assert [entries[name]["made_with"]["differences"] for name in NAMES[:2]] == [1, 2]
-    assert {entry["made_with"]["weight_scale"] for entry in entries.values()} == {4}
+    assert [entries[name]["made_with"]["differences"] for name in NAMES[:2]] == [2, 1]
     assert {entry["method"] for entry in entries.values()} == {"pca"}
 
 

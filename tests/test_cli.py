@@ -47,6 +47,8 @@ def test_help_teaches_every_verb_and_every_exit_code():
 def test_compress_states_the_error_of_what_was_written(pack):
     path, document = pack
     assert document["seconds"] > 0
+    settings = {"differences": 4, "weight_scale": 8, "masks": 9, "seed": 0, "restarts": 100}
+    assert document["made_with"] == {"method": "paper", **settings}
     assert document["rmse"] == pytest.approx(np.mean(list(document["rmse_per_expression"].values())))
     reconstructed = read_pack(path).reconstruct("expr_0")
     original = random_character(side=64).texture("expr_0")

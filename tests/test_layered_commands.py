@@ -52,7 +52,8 @@ def pack(scans):
 def test_compress_states_the_error_of_each_map_as_it_was_written(scans, pack):
     path, document = pack
     assert [kind["name"] for kind in document["maps"]] == ["albedo", "normal", "roughness"]
-    assert document["made_with"]["map_weights"] == {"normal": 2}
+    stated = {"method": "refined", "differences": 2, "weight_scale": 8, "map_weights": {"normal": 2}}
+    assert document["made_with"] == stated
     assert document["rmse"] == document["errors"]["albedo"]["rmse"]
     surface, model = load_surface(scans), read_surface(path)
     kind, seen = surface.maps[1], []

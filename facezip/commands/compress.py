@@ -20,7 +20,7 @@ from facezip.commands.layered import compress_layered, layered_lines, parse_map_
 from facezip.commands.options import megabytes
 from facezip.manifest import read_manifest
 from facezip.measure import mean_rmse, model_errors
-from facezip.methods import METHODS, Settings, check, compress
+from facezip.methods import METHODS, Settings, check, compress, made_with
 from facezip.model import CompressedTextures
 from facezip.names import printable
 from facezip.pack import is_pack, read_pack, write_pack
@@ -172,17 +172,17 @@ def _compress_albedo(
     importance: Path | None,
 ) -> dict[str, Any]:
     weights = None if importance is None else read_values(importance)
-    made_with = dict(fit)
+    stated = made_with(fit["method"], fit)
     if any(settings[goal] is not None for goal in GOALS):
         choice = _chosen(scans, settings, weights)
         model = choice.model
-        made_with |= {"differences": choice.trial.differences, "weight_scale": choice.trial.weight_scale}
-        made_with |= {goal: settings[goal] for goal in GOALS}
+        stated |= {"differences": choice.trial.differences, "weight_scale": choice.trial.weight_scale}
+        stated |= {goal: settings[goal] for goal in GOALS if settings[goal] is not None}
     else:
-        choice, model = None, compress(scans, **made_with, importance=weights)
+        choice, model = None, compress(scans, **fit, importance=weights)
     if importance is not None:
-        made_with["importance"] = importance.name
-    document = write_measured(scans, model, output, overwrite, made_with)
+        stated["importance"] = importance.name
+    document = write_measured(scans, model, output, overwrite, stated)
     if choice:
         document |= {"choice": {"reason": choice.reason, "tried": [asdict(trial) for trial in choice.tried]}}
     return document
@@ -213,11 +213,14 @@ def _chosen(scans: Character, settings: Mapping[str, Any], weights: NDArray[np.f
 
 
 def write_measured(
-    scans: Character, model: CompressedTextures, output: Path, overwrite: bool, settings: dict[str, Any]
+    scans: Character, model: CompressedTextures, output: Path, overwrite: bool, stated: dict[str, Any]
 ) -> dict[str, Any]:
-    """Write the pack, read it back, and describe it: facts, ``rmse`` and ``rmse_per_expression`` (0..255)."""
+    """Write the pack, read it back, and describe it: facts, ``rmse`` and ``rmse_per_expression`` (0..255).
+
+    ``stated`` is what the pack says of how it was made.
+    """
     bits = 8 if scans.neutral.itemsize == 1 else 16
-    write_pack(model, output, neutral_bits=bits, made_with=settings, overwrite=overwrite)
+    write_pack(model, output, neutral_bits=bits, made_with=stated, overwrite=overwrite)
     errors = model_errors(scans, read_pack(output))
     return {
         **pack_facts(output, read_manifest(output)),

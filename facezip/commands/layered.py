@@ -7,6 +7,7 @@ from typing import Any
 from facezip.commands.facts import pack_facts
 from facezip.commands.options import megabytes
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.methods import made_with
 from facezip.surface.errors import surface_errors
 from facezip.surface.joint import compress_surface
 from facezip.surface.manifest import read_any_manifest
@@ -21,15 +22,15 @@ def compress_layered(
 ) -> dict[str, Any]:
     """Fit and write the pack, read it back, and describe it: facts, and the errors of every map."""
     model = compress_surface(surface, **settings, map_weights=map_weights)
-    made_with = {**settings, "map_weights": dict(map_weights)} if map_weights else settings
-    return write_measured_surface(surface, model, output, overwrite, made_with)
+    stated = made_with(settings["method"], settings) | ({"map_weights": dict(map_weights)} if map_weights else {})
+    return write_measured_surface(surface, model, output, overwrite, stated)
 
 
 def write_measured_surface(
-    surface: Surface, model: CompressedSurface, output: Path, overwrite: bool, made_with: dict[str, Any]
+    surface: Surface, model: CompressedSurface, output: Path, overwrite: bool, stated: dict[str, Any]
 ) -> dict[str, Any]:
     """As :func:`facezip.commands.compress.write_measured`, with ``errors`` by map; ``rmse`` is that of the albedo."""
-    write_surface(model, output, neutral_bits=surface.neutral_bits, made_with=made_with, overwrite=overwrite)
+    write_surface(model, output, neutral_bits=surface.neutral_bits, made_with=stated, overwrite=overwrite)
     errors = surface_errors(surface, read_surface(output))
     masked = any(part.mask is not None for part in surface.parts.values())
     return {

@@ -11,11 +11,12 @@ import click
 
 from facezip.character import NEUTRAL, Character, load_character
 from facezip.commands import options
+from facezip.commands.compress import DEFAULTS
 from facezip.commands.facts import pack_facts
 from facezip.commands.options import megabytes
 from facezip.manifest import read_manifest
 from facezip.meshes import write_obj
-from facezip.methods import METHODS, compress
+from facezip.methods import METHODS, compress, made_with
 from facezip.pack import is_pack, write_pack
 from facezip.progress import track
 from facezip.rigging.fit import Rig, fit_rig
@@ -73,7 +74,8 @@ def command(
         _write_shapes(folder / SHAPES, scans, wanted, rig)
         pack = folder / f"{scans.name}.facezip"
         bits = 8 if scans.neutral.itemsize == 1 else 16
-        write_pack(made.model, pack, name=scans.name, neutral_bits=bits, made_with={**settings, "rig": template.name})
+        stated = made_with(method, DEFAULTS | {"seed": seed}) | {"maps": maps, "rig": template.name}
+        write_pack(made.model, pack, name=scans.name, neutral_bits=bits, made_with=stated)
         seconds["total"] = perf_counter() - begin
         document = _describe(scans, wanted, rig) | {
             "pack": {"path": str(output / pack.name), **pack_facts(pack, read_manifest(pack))},
