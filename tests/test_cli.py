@@ -64,6 +64,7 @@ def test_info_states_the_costs_and_does_not_start_a_renderer(pack):
     )
     document = json.loads(done.stdout)
     assert document["bytes_on_gpu"] == 15 * 64**2 + 5 * 4 * 8**2
+    assert (document["bytes_bc7"], document["bytes_raw_bc7"]) == (5 * 64**2 + 5 * 4 * 8**2, 6 * 64**2)
     assert (document["differences"], document["weight_scale"], document["resolution"]) == (4, 8, [64, 64])
     assert document["bytes_on_disk"] == sum(file.stat().st_size for file in pack[0].iterdir())
     assert done.stderr == ""

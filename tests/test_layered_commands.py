@@ -70,6 +70,8 @@ def test_info_and_verify_take_it(pack):
     facts = json.loads(run("info", pack[0], "--json").stdout)
     # Two tiles of 64 x 32: three textures of six channels, and weight maps of 6 expressions once.
     assert facts["bytes_on_gpu"] == 2 * (3 * 6 * 64 * 32 + 6 * 4 * 8 * 4)
+    assert facts["bytes_bc7"] == 2 * (3 * 3 * 64 * 32 + 6 * 4 * 8 * 4)
+    assert facts["bytes_raw_bc7"] == 2 * 7 * 3 * 64 * 32
     assert facts["fetches"] == 3 * 3 + 1
     assert [tile["tile"] for tile in facts["tiles"]] == [1001, 1002]
     assert "1001, 1002" in run("info", pack[0]).stdout

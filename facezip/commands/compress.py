@@ -15,7 +15,7 @@ from facezip.alignment import alignments
 from facezip.character import Character
 from facezip.choice import Choice, choose
 from facezip.commands import options
-from facezip.commands.facts import pack_facts
+from facezip.commands.facts import memory_words, pack_facts
 from facezip.commands.layered import compress_layered, layered_lines, parse_map_weights
 from facezip.commands.options import megabytes
 from facezip.manifest import read_manifest
@@ -43,7 +43,7 @@ def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
         _fit("differences", "R", "Number of difference textures."),
         _fit("weight_scale", "S", "Weight maps are 1/S as wide."),
         _fit("target_rmse", "X", "Choose R and S: least memory with at most this error.", float),
-        _fit("budget_mb", "X", "Choose R and S: least error in this GPU memory.", float),
+        _fit("budget_mb", "X", "Choose R and S: least error in this GPU memory, 8 bits a channel.", float),
         _fit("masks", "K", "Masks on the face (paper)."),
         _fit("restarts", "N", "Random starts of the stitching (paper)."),
         _fit("seed", "S", "Of what is random (paper)."),
@@ -233,8 +233,7 @@ def write_measured(
 def _lines(document: dict[str, Any]) -> list[str]:
     errors = document["rmse_per_expression"]
     worst, best = max(errors, key=errors.__getitem__), min(errors, key=errors.__getitem__)
-    gpu, raw, disk = (megabytes(document[key]) for key in ("bytes_on_gpu", "bytes_raw", "bytes_on_disk"))
-    saving = document["bytes_raw"] / document["bytes_on_gpu"]
+    blocks, plain = memory_words(document)
     chosen = [f"  chosen   {document['choice']['reason']}"] if "choice" in document else []
     return [
         f"{document['pack']}: {len(errors)} expressions in {document['differences']} difference textures, "
@@ -242,6 +241,7 @@ def _lines(document: dict[str, Any]) -> list[str]:
         f"  RMSE     {document['rmse']:.2f} of 255 ({document['region']}); worst {worst} {errors[worst]:.2f}, "
         f"best {best} {errors[best]:.2f}",
         *chosen,
-        f"  GPU      {gpu} instead of {raw} ({saving:.1f}x less), {document['fetches']} fetches a pixel",
-        f"  on disk  {disk}",
+        f"  GPU      {blocks}",
+        f"           {plain}",
+        f"  on disk  {megabytes(document['bytes_on_disk'])}",
     ]

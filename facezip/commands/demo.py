@@ -112,7 +112,7 @@ def _lines(answer: dict[str, Any]) -> list[str]:
     pack = answer["packs"][0]
     return [
         f"{answer['output']}: {len(answer['expressions'])} expressions, texture RMSE {answer['rmse']:.2f} of 255, "
-        f"{answer['bytes_raw'] / answer['bytes_on_gpu']:.1f}x less GPU memory, {answer['seconds']:.0f} s",
+        f"{answer['bytes_raw_bc7'] / answer['bytes_bc7']:.1f}x less GPU memory in BC7, {answer['seconds']:.0f} s",
         f"  {pack['verdict']}",
         f"  open {answer['report']}",
     ]

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from facezip.commands.facts import pack_facts
+from facezip.commands.facts import memory_words, pack_facts
 from facezip.commands.options import megabytes
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.methods import made_with
@@ -56,16 +56,16 @@ def parse_map_weights(pairs: Iterable[str]) -> dict[str, float]:
 
 def layered_lines(document: Mapping[str, Any]) -> list[str]:
     """What a person reads of :func:`compress_layered`."""
-    gpu, raw, disk = (megabytes(document[key]) for key in ("bytes_on_gpu", "bytes_raw", "bytes_on_disk"))
+    blocks, plain = memory_words(document)
     tiles = len(document["tiles"])
     return [
         f"{document['pack']}: {len(document['expressions'])} expressions, {len(document['maps'])} map(s) on {tiles} "
         f"tile{'s' * (tiles > 1)}, {document['differences']} difference textures each, method {document['method']}, "
         f"{document['seconds']:.1f} s",
         *(f"  {name:<10} {error_words(found)}" for name, found in document["errors"].items()),
-        f"  GPU        {gpu} instead of {raw} ({document['bytes_raw'] / document['bytes_on_gpu']:.1f}x less), "
-        f"{document['fetches']} fetches a pixel",
-        f"  on disk    {disk}",
+        f"  GPU        {blocks}",
+        f"             {plain}",
+        f"  on disk    {megabytes(document['bytes_on_disk'])}",
     ]
 
 

@@ -133,6 +133,7 @@ def _lines(answer: Mapping[str, Any]) -> list[str]:
     left, size = fit[worst]["rms_left"], fit[worst]["rms_displacement"]
     unseen = answer["unseen_shapes"]
     pack = answer["pack"]
+    gpu = f"{megabytes(pack['bytes_bc7'])} on the GPU in BC7, {pack['fetches']} fetches a pixel"
     return [
         f"{answer['output']}: {len(answer['shapes'])} shapes from {len(fit)} scans, rigged in "
         f"{answer['seconds']['rig']:.1f} s of {answer['seconds']['total']:.1f} s",
@@ -140,5 +141,5 @@ def _lines(answer: Mapping[str, Any]) -> list[str]:
         f"  B        rank {answer['rank']} of {len(fit)}, condition {answer['condition']:.3g}",
         f"  unseen   {len(unseen)} shapes hardly in any scan: nearly the template's motion and the neutral's texture"
         + (f": {', '.join(unseen)}" if unseen else ""),
-        f"  pack     {pack['path']}, {megabytes(pack['bytes_on_gpu'])} on the GPU, {pack['fetches']} fetches a pixel",
+        f"  pack     {pack['path']}, {gpu}",
     ]

@@ -84,7 +84,7 @@ def _lines(document: Mapping[str, Any]) -> list[str]:
     whole, images = (", ".join(f"{part} {document[f'{part}_s']:.2f}" for part in some) for some in parts)
     return [
         f"{document['conditions']['expressions']} expressions of {width} x {height} texels, "
-        f"RMSE {document['rmse']:.2f} of 255 in {megabytes(document['bytes_on_gpu'])} on the GPU",
+        f"RMSE {document['rmse']:.2f} of 255 in {megabytes(document['bytes_on_gpu'])} at 8 bits a channel",
         f"  compress     {document['total_s']:8.2f} s  ({whole})",
         f"  its images   {document['io_s']:8.2f} s  ({images})",
         f"  ratio        {document['ratio']:8.2f}    ({document['conditions']['statistic']})",
