@@ -194,13 +194,12 @@ def _expression_names(folder: Path) -> tuple[str, ...]:
     if NEUTRAL not in meshes:
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no neutral.obj; a character needs a neutral mesh")
     names = tuple(name for name in meshes if name != NEUTRAL)
-    orphans = {path.stem for path in folder.iterdir() if path.suffix.lower() in TEXTURE_SUFFIXES} - {*meshes}
-    missing = sorted(name for name in orphans if not name.startswith(MASK))
-    if missing:
-        raise FaceZipError(
-            ErrorCode.MISSING_FILE,
-            f"{folder / missing[0]}.obj: missing beside its texture; add the mesh or remove it",
-        )
+    for path in sorted(folder.iterdir()):
+        known = path.stem in meshes or path.stem.startswith(MASK)
+        if path.suffix.lower() in TEXTURE_SUFFIXES and not known:
+            from facezip.surface.layout import without_mesh
+
+            raise without_mesh(path, meshes)
     if len(names) < 2:
         raise FaceZipError(
             ErrorCode.TOO_FEW_EXPRESSIONS,

@@ -8,6 +8,7 @@ masks and principal components; the refined weight maps of a tile are its own. O
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -216,3 +217,18 @@ METHODS: dict[str, Callable[[Surface, Settings, Mapping[str, float]], Parts]] = 
     "paper-unpermuted": _paper_unpermuted,
     "pca": _pca,
 }
+
+_OF_THE_PAPER = ("differences", "weight_scale", "masks", "seed")
+# What a method takes notice of, besides an importance.
+USED: dict[str, tuple[str, ...]] = {
+    "refined": ("differences", "weight_scale"),
+    "paper": (*_OF_THE_PAPER, "restarts"),
+    "paper-optimised": _OF_THE_PAPER,
+    "paper-unpermuted": _OF_THE_PAPER,
+    "pca": ("differences",),
+}
+
+
+def made_with(method: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """The method, and those of the settings that it uses: what a pack states of how it was made."""
+    return {"method": method, **{name: value for name, value in settings.items() if name in USED[method]}}

@@ -17,12 +17,12 @@ from facezip.alignment import alignments
 from facezip.character import Character
 from facezip.choice import Choice, choose
 from facezip.commands import options
-from facezip.commands.facts import pack_facts
+from facezip.commands.facts import memory_words, pack_facts
 from facezip.commands.layered import compress_layered, layered_lines, parse_map_weights
 from facezip.commands.options import megabytes
 from facezip.manifest import read_manifest
 from facezip.measure import mean_rmse, pack_errors
-from facezip.methods import METHODS, Settings, check, compress
+from facezip.methods import METHODS, Settings, check, compress, made_with
 from facezip.model import CompressedTextures
 from facezip.names import printable
 from facezip.pack import is_pack, write_pack
@@ -48,7 +48,7 @@ def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
         _fit("differences", "R", "Number of difference textures."),
         _fit("weight_scale", "S", "Weight maps are 1/S as wide."),
         _fit("target_rmse", "X", "Choose R and S: least memory with at most this error.", float),
-        _fit("budget_mb", "X", "Choose R and S: least error in this GPU memory.", float),
+        _fit("budget_mb", "X", "Choose R and S: least error in this GPU memory, 8 bits a channel.", float),
         _fit("masks", "K", "Masks on the face (paper)."),
         _fit("restarts", "N", "Random starts of the stitching (paper)."),
         _fit("seed", "S", "Of what is random (paper)."),
@@ -196,17 +196,17 @@ def _compress_albedo(
     importance: Path | None,
 ) -> dict[str, Any]:
     weights = None if importance is None else read_values(importance)
-    made_with = dict(fit)
+    stated = made_with(fit["method"], fit)
     if any(settings[goal] is not None for goal in GOALS):
         choice = _chosen(scans, settings, weights)
         model = choice.model
-        made_with |= {"differences": choice.trial.differences, "weight_scale": choice.trial.weight_scale}
-        made_with |= {goal: settings[goal] for goal in GOALS}
+        stated |= {"differences": choice.trial.differences, "weight_scale": choice.trial.weight_scale}
+        stated |= {goal: settings[goal] for goal in GOALS if settings[goal] is not None}
     else:
-        choice, model = None, compress(scans, **made_with, importance=weights)
+        choice, model = None, compress(scans, **fit, importance=weights)
     if importance is not None:
-        made_with["importance"] = importance.name
-    document = write_measured(scans, model, output, overwrite, made_with)
+        stated["importance"] = importance.name
+    document = write_measured(scans, model, output, overwrite, stated)
     if choice:
         document |= {"choice": {"reason": choice.reason, "tried": [asdict(trial) for trial in choice.tried]}}
     return document
@@ -237,11 +237,14 @@ def _chosen(scans: Character, settings: Mapping[str, Any], weights: NDArray[np.f
 
 
 def write_measured(
-    scans: Character, model: CompressedTextures, output: Path, overwrite: bool, settings: dict[str, Any]
+    scans: Character, model: CompressedTextures, output: Path, overwrite: bool, stated: dict[str, Any]
 ) -> dict[str, Any]:
-    """Write the pack, read it back, and describe it: facts, ``rmse`` and ``rmse_per_expression`` (0..255)."""
+    """Write the pack, read it back, and describe it: facts, ``rmse`` and ``rmse_per_expression`` (0..255).
+
+    ``stated`` is what the pack says of how it was made.
+    """
     bits = 8 if scans.neutral.itemsize == 1 else 16
-    write_pack(model, output, neutral_bits=bits, made_with=settings, overwrite=overwrite)
+    write_pack(model, output, neutral_bits=bits, made_with=stated, overwrite=overwrite)
     errors = pack_errors(scans, output)
     return {
         **pack_facts(output, read_manifest(output)),
@@ -254,8 +257,7 @@ def write_measured(
 def _lines(document: dict[str, Any]) -> list[str]:
     errors = document["rmse_per_expression"]
     worst, best = max(errors, key=errors.__getitem__), min(errors, key=errors.__getitem__)
-    gpu, raw, disk = (megabytes(document[key]) for key in ("bytes_on_gpu", "bytes_raw", "bytes_on_disk"))
-    saving = document["bytes_raw"] / document["bytes_on_gpu"]
+    blocks, plain = memory_words(document)
     chosen = [f"  chosen   {document['choice']['reason']}"] if "choice" in document else []
     return [
         f"{document['pack']}: {len(errors)} expressions in {document['differences']} difference textures, "
@@ -263,6 +265,7 @@ def _lines(document: dict[str, Any]) -> list[str]:
         f"  RMSE     {document['rmse']:.2f} of 255 ({document['region']}); worst {worst} {errors[worst]:.2f}, "
         f"best {best} {errors[best]:.2f}",
         *chosen,
-        f"  GPU      {gpu} instead of {raw} ({saving:.1f}x less), {document['fetches']} fetches a pixel",
-        f"  on disk  {disk}",
+        f"  GPU      {blocks}",
+        f"           {plain}",
+        f"  on disk  {megabytes(document['bytes_on_disk'])}",
     ]

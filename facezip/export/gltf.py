@@ -5,7 +5,7 @@ from typing import Any
 
 from facezip.export.folder import Target
 from facezip.export.maps import BASIS, PNG, Format
-from facezip.export.shaders import GLSL, HLSL, shader
+from facezip.export.shaders import GLSL, HLSL, render, shader, shader_words
 from facezip.export.source import Source
 from facezip.gltf import CLAMPED, add_mesh, skin, start
 
@@ -37,6 +37,8 @@ def _write(source: Source, folder: Path, form: Format) -> None:
     write_glb(source, folder / GLB_FILE, neutral)
     for dialect in (GLSL, HLSL):
         (folder / f"facezip.{dialect.name}").write_text(shader(source.manifest, dialect), encoding="utf-8")
+    words = shader_words(source.manifest, GLSL) | {"suffix": form.suffix}
+    (folder / "GUIDE.md").write_text(render("gltf/guide.j2", **words), encoding="utf-8")
 
 
 export_gltf = Target("gltf", {"png": PNG, "ktx2": BASIS}, _write)

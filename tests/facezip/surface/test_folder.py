@@ -91,6 +91,28 @@ def test_a_texture_without_a_mesh_is_named(folder):
     assert "typo.obj" in refused(folder, ErrorCode.MISSING_FILE)
 
 
+@pytest.mark.parametrize("layered", [False, True])
+@pytest.mark.parametrize(
+    ("behind", "nearest"),
+    [
+        ("rougness", "roughness"),
+        ("1001x", "1001"),
+        ("Normal", "normal"),
+        ("cavty.1002", "cavity.1002"),
+        ("1001.normal", "normal.1001"),
+        ("final", None),
+        ("normal.normal", None),
+    ],
+)
+def test_a_map_with_an_odd_name_is_told_what_there_is_and_what_is_nearest(tmp_path, behind, nearest, layered):
+    save_surface(random_surface(expressions=2, side=16, maps=("normal",) if layered else ()), tmp_path / "scans")
+    (tmp_path / "scans" / f"expr_0.{behind}.png").touch()
+    message = refused(tmp_path / "scans", ErrorCode.BAD_CHARACTER)
+    assert f"expr_0.{behind}.png: '{behind}' is no map of 'expr_0'" in message
+    assert "albedo, normal, roughness, specular, cavity" in message
+    assert (f"call it expr_0.{nearest}.png" in message) == (nearest is not None)
+
+
 def test_two_files_for_one_texture_are_refused(folder):
     shutil.copy(folder / "expr_2.normal.png", folder / "expr_2.normal.1001.png")
     assert "second texture" in refused(folder, ErrorCode.BAD_CHARACTER)
