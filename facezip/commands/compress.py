@@ -27,7 +27,6 @@ from facezip.model import CompressedTextures
 from facezip.names import printable
 from facezip.pack import is_pack, write_pack
 from facezip.surface.folder import load_surface
-from facezip.surface.layout import is_layered
 from facezip.surface.maps import ALBEDO
 from facezip.surface.scans import Surface
 from facezip.textures import read_values
@@ -98,8 +97,6 @@ def command(
     NAME.specular.png and NAME.cavity.png beside them share the weight maps; NAME.1001.png … are UDIM tiles.
     """
     check_together(given(context), settings, importance)
-    if memory is not None:
-        _check_streamed(character, settings, importance, keep_floats)
     with scratch.limited(memory, scratch_folder(output)):
         document = compress_into(
             character,
@@ -134,15 +131,8 @@ def check_together(names: set[str], settings: Mapping[str, Any], importance: Pat
         raise click.UsageError("--target-rmse, --budget-mb and --importance need --method refined")
     if method == "refined" and names & {"masks", "restarts"}:
         raise click.UsageError("--masks and --restarts are of the paper's method: add --method paper")
-
-
-def _check_streamed(character: Path, settings: Mapping[str, Any], importance: Path | None, keep_floats: bool) -> None:
-    """Refuse what would not keep to ``--memory``."""
-    if settings["method"] not in STREAMED or importance or any(settings[goal] is not None for goal in GOALS):
-        methods = " or ".join(STREAMED)
-        raise click.UsageError(f"--memory is for --method {methods} of a given size, without --importance")
-    if character.suffix.lower() == ".glb" or keep_floats or is_layered(character):
-        raise click.UsageError("--memory is for a folder of one albedo on one tile, of values within 0 and 1")
+    if "memory" in names and method not in STREAMED:
+        raise click.UsageError(f"--memory needs --method {' or '.join(STREAMED)}: the paper's holds all textures")
 
 
 def compress_into(
