@@ -18,6 +18,7 @@ LABELS = {
     "transport": "Light transport",
     "thresholds": "Limits",
     "confidence": "Confidence intervals",
+    "debiased": "Free of the bias of noise",
     "region": "Image metrics over",
     "texture_region": "Texture metrics over",
     "display": "Display",
