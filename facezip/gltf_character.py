@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from facezip.character import MASK, NEUTRAL, SPARE, Character, check_names, kind_of, mask_of, texture_path
 from facezip.errors import ErrorCode, FaceZipError
@@ -23,7 +22,7 @@ from facezip.model import Meshes
 from facezip.names import printable
 from facezip.progress import track
 from facezip.reading import check_expansion
-from facezip.textures import Texels, read_texture, write_texture
+from facezip.textures import Texels, png, read_texture
 from facezip.writing import write_whole
 
 VARIANTS = "KHR_materials_variants"
@@ -74,12 +73,12 @@ def save_glb(character: Character, path: Path) -> None:
     glb = start(character.name)
     deltas = character.vertices - character.neutral_vertices
     meshes = Meshes(character.topology, character.neutral_vertices, deltas)
-    primitive = add_mesh(glb, character.name, meshes, character.expressions)
+    (primitive,) = add_mesh(glb, character.name, meshes, character.expressions, [character.topology])
     images = {NEUTRAL: character.neutral, **dict(zip(character.expressions, character.textures, strict=True))}
     if character.mask is not None:
         images[MASK] = character.mask[:, :, None]
     for name in track(images, "Writing the character", len(images)):
-        glb.image(name, _png(images[name]), "image/png")
+        glb.image(name, png(images[name]), "image/png")
     names = [name for name in images if name != NEUTRAL]
     glb.document |= {
         "samplers": CLAMPED,
@@ -201,12 +200,3 @@ def _variant_materials(glb: Glb, primitive: Mapping[str, Any]) -> dict[str, Any]
         for index in mapping["variants"]
         if type(index) is int and 0 <= index < len(variants)
     }
-
-
-def _png(texels: NDArray[Any]) -> bytes:
-    if texels.dtype.kind == "f":
-        texels = np.rint(np.clip(texels, 0, 1) * 65535).astype(np.uint16)
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "image.png"
-        write_texture(file, texels)
-        return file.read_bytes()

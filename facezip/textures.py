@@ -4,6 +4,7 @@ Integer files hold encoded (sRGB) values and come through unchanged. Float files
 encoded here, so that everything downstream sees one kind of number.
 """
 
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -130,6 +131,16 @@ def read_values(path: Path) -> NDArray[np.float32]:
     if not np.isfinite(values).all() or values.min() < 0:
         raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: negative or not finite values; paint or export them again")
     return values
+
+
+def png(texels: Texels) -> bytes:
+    """The bytes of a PNG file of ``(H, W, C)`` texels, of 16 bits where they are floats in [0, 1]."""
+    if texels.dtype.kind == "f":
+        texels = np.rint(np.clip(texels, 0, 1) * 65535).astype(np.uint16)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "image.png"
+        write_texture(file, texels)
+        return file.read_bytes()
 
 
 def write_values(path: Path, values: NDArray[np.float32]) -> None:

@@ -93,8 +93,11 @@ def read_surface(path: str | Path) -> CompressedSurface:
     FaceZipError
         As :func:`facezip.read_pack`.
     """
-    folder = Path(path)
-    manifest = verify_surface(folder)
+    return read_verified_surface(Path(path), verify_surface(path))
+
+
+def read_verified_surface(folder: Path, manifest: AnyManifest) -> CompressedSurface:
+    """Read a pack whose every byte was found to be as its manifest says; ``BAD_PACK`` as :func:`read_surface`."""
     if isinstance(manifest, Manifest):
         return CompressedSurface.of(read_verified(folder, manifest))
     with reading(folder), inside(folder):
