@@ -120,7 +120,8 @@ def balanced_start(
     shape, row = (grid[0], slots, count, grid[1]), components.T[None, :, :, None]
     uniform = by_rows(lambda rows: row, shape, np.float32)
     energies = joint_system(maps, uniform).matrix
-    texels = joint_system(maps, uniform, [_ones(samples, slots) for samples in maps]).matrix[:, 0, 0, 4].copy()
+    # How much the texels about each place count: the diagonal of one texture of ones.
+    texels = joint_system(maps, uniform[:, :1], [_ones(samples) for samples in maps]).matrix[:, 0, 0, 4]
     floored = np.maximum(texels, 1e-3 * texels.max())
 
     def energy(rows: slice) -> NDArray[np.float32]:
@@ -140,8 +141,8 @@ def balanced_start(
     return by_rows(balanced, shape, np.float32)
 
 
-def _ones(samples: Samples, slots: int) -> NDArray[np.float32]:
-    one, shape = np.ones(1, np.float32), (slots, *samples.neutral.shape)
+def _ones(samples: Samples) -> NDArray[np.float32]:
+    one, shape = np.ones(1, np.float32), (1, *samples.neutral.shape)
     return by_rows(lambda rows: one, shape, np.float32, axis=1)
 
 

@@ -27,7 +27,7 @@ LEAST = 400_000_000
 ROWS = 128
 # Of the limit: an array that is larger goes to a file, and resident pages beyond that share are let go.
 LARGE = 1 / 128
-FULL = 5 / 8
+FULL = 3 / 4
 
 _STATM = Path("/proc/self/statm")
 

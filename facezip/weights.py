@@ -64,28 +64,26 @@ def solve_weights(system: WeightSystem, start: NDArray[np.float32]) -> tuple[NDA
     # The preconditioner: the inverse of what each texel's weights have to do with themselves.
     inverse: NDArray[np.float32] = scratch.empty((rows, *system.matrix.shape[1:3], start.shape[3]), np.float32)
     map_rows(lambda top, bottom: _invert(top, bottom, system.matrix, inverse), rows)
-    weights = by_rows(lambda some: start[some], start.shape, np.float32)
-    conditioned, image = (scratch.empty(start.shape, np.float32) for _ in range(2))
-    length, turn = np.zeros(start.shape[2], np.float32), np.zeros(start.shape[2], np.float32)
-
-    def multiply(top: int, bottom: int) -> NDArray[np.float64]:
-        return _multiply(top, bottom, system.matrix, direction, image)
-
-    def condition(top: int, bottom: int) -> NDArray[np.float64]:
-        return _condition(top, bottom, inverse, residual, conditioned)
-
-    direction = weights
-    sum_rows(multiply, rows)
+    image: NDArray[np.float32] = scratch.empty(start.shape, np.float32)
+    sum_rows(lambda top, bottom: _multiply(top, bottom, system.matrix, start, image), rows)
     residual = by_rows(lambda some: system.right[some] - image[some], start.shape, np.float32)
     explained = sum(map_rows(lambda top, bottom: _explained(start, system.right, residual, top, bottom), rows))
-    energy = sum_rows(condition, rows)
-    direction = by_rows(lambda some: conditioned[some], start.shape, np.float32)
+    weights = by_rows(lambda some: start[some], start.shape, np.float32)
+    direction: NDArray[np.float32] = scratch.zeros(start.shape, np.float32)
+    length, turn = np.zeros((2, start.shape[2]), np.float32)
+
+    def advanced() -> NDArray[np.float64]:
+        step = length, direction, image, inverse, weights, residual
+        return sum_rows(lambda top, bottom: _advance(top, bottom, *step), rows)
+
+    energy = advanced()
     for _ in range(STEPS):
-        length[:] = _ratio(energy, sum_rows(multiply, rows))
-        map_rows(lambda top, bottom: _advance(top, bottom, length, direction, image, weights, residual), rows)
-        before, energy = energy, sum_rows(condition, rows)
+        map_rows(lambda top, bottom: _turn(top, bottom, turn, inverse, residual, direction), rows)
+        length[:] = _ratio(
+            energy, sum_rows(lambda top, bottom: _multiply(top, bottom, system.matrix, direction, image), rows)
+        )
+        before, energy = energy, advanced()
         turn[:] = _ratio(energy, before)
-        map_rows(lambda top, bottom: _turn(top, bottom, turn, conditioned, direction), rows)
     return weights, explained
 
 
@@ -181,50 +179,51 @@ def _dot(a: NDArray[np.float32], b: NDArray[np.float32]) -> np.float32:
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def _condition(
-    top: int, bottom: int, inverse: NDArray[np.float32], residual: NDArray[np.float32], out: NDArray[np.float32]
-) -> NDArray[np.float64]:
-    """``out = inverse · residual`` texel by texel; returns ``residual · out`` per expression, ``(N,)``."""
-    _, slots, count, w = residual.shape
-    dots = np.zeros(count)
-    for y in range(top, bottom):
-        out[y] = 0
-        for i in range(slots):
-            for j in range(slots):
-                for n in range(count):
-                    for column in range(w):
-                        out[y, i, n, column] += inverse[y, i, j, column] * residual[y, j, n, column]
-            for n in range(count):
-                dots[n] += _dot(residual[y, i, n], out[y, i, n])
-    return dots
-
-
-@njit(cache=True, nogil=True)
 def _advance(
     top: int,
     bottom: int,
     step: NDArray[np.float32],
     direction: NDArray[np.float32],
     image: NDArray[np.float32],
+    inverse: NDArray[np.float32],
     weights: NDArray[np.float32],
     residual: NDArray[np.float32],
-) -> None:
+) -> NDArray[np.float64]:
+    """Go a step along the direction; returns ``residual · inverse · residual`` per expression, ``(N,)``."""
     _, slots, count, w = weights.shape
+    energy, conditioned = np.zeros(count), np.empty(w, np.float32)
     for y in range(top, bottom):
         for i in range(slots):
             for n in range(count):
-                for column in range(w):
-                    weights[y, i, n, column] += step[n] * direction[y, i, n, column]
-                    residual[y, i, n, column] -= step[n] * image[y, i, n, column]
+                for x in range(w):
+                    weights[y, i, n, x] += step[n] * direction[y, i, n, x]
+                    residual[y, i, n, x] -= step[n] * image[y, i, n, x]
+        for n in range(count):
+            for i in range(slots):
+                conditioned[:] = 0
+                for j in range(slots):
+                    for x in range(w):
+                        conditioned[x] += inverse[y, i, j, x] * residual[y, j, n, x]
+                energy[n] += _dot(residual[y, i, n], conditioned)
+    return energy
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath={"contract"})
 def _turn(
-    top: int, bottom: int, turn: NDArray[np.float32], conditioned: NDArray[np.float32], direction: NDArray[np.float32]
+    top: int,
+    bottom: int,
+    turn: NDArray[np.float32],
+    inverse: NDArray[np.float32],
+    residual: NDArray[np.float32],
+    direction: NDArray[np.float32],
 ) -> None:
+    """The next direction: ``inverse · residual + turn · direction``."""
     _, slots, count, w = direction.shape
     for y in range(top, bottom):
         for i in range(slots):
             for n in range(count):
-                for column in range(w):
-                    direction[y, i, n, column] = conditioned[y, i, n, column] + turn[n] * direction[y, i, n, column]
+                for x in range(w):
+                    direction[y, i, n, x] *= turn[n]
+                for j in range(slots):
+                    for x in range(w):
+                        direction[y, i, n, x] += inverse[y, i, j, x] * residual[y, j, n, x]
