@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from facezip.baselines import principal_weights
 from facezip.character import Character
-from facezip.model import CompressedTextures
+from facezip.model import CompressedTextures, bilinear_taps
 from facezip.progress import track
 from facezip.quantise import STEPS, best_ranges, rounded_weights
 from facezip.rows import by_rows, map_rows
@@ -25,6 +25,8 @@ from facezip.weights import SMOOTHNESS, WeightSystem, solve_weights
 
 # Many texels tell the weights in few alternations: that many texels are visited, in 4 to 16 alternations.
 TEXELS_VISITED = 2**24
+# The gauge in which a fit starts changes slowly: one is found for so many weight texels each way.
+GAUGE = 4
 # Of more texels a quarter tells the ranges of difference textures.
 MANY_TEXELS = 2**20
 
@@ -117,7 +119,8 @@ def balanced_start(
     large values where the other is small, so that both use the few steps of 8 bits well. The fit stays near it.
     """
     count, slots = components.shape
-    shape, row = (grid[0], slots, count, grid[1]), components.T[None, :, :, None]
+    coarse = -(-grid[0] // GAUGE), -(-grid[1] // GAUGE)
+    shape, row = (coarse[0], slots, count, coarse[1]), components.T[None, :, :, None]
     uniform = by_rows(lambda rows: row, shape, np.float32)
     energies = joint_system(maps, uniform).matrix
     # How much the texels about each place count: the diagonal of one texture of ones.
@@ -128,7 +131,7 @@ def balanced_start(
         here: NDArray[np.float32] = energies[rows, :, :, 4].transpose(0, 3, 1, 2) / floored[rows, :, None, None]
         return here
 
-    traces = by_rows(lambda rows: np.trace(energy(rows), axis1=2, axis2=3), grid, np.float32)
+    traces = by_rows(lambda rows: np.trace(energy(rows), axis1=2, axis2=3), coarse, np.float32)
     floor = max(1e-3 * traces.mean() / slots, 1e-30)
 
     def balanced(rows: slice) -> NDArray[np.float32]:
@@ -138,7 +141,22 @@ def balanced_start(
         mixed: NDArray[np.float32] = np.einsum("hwij,hjnw->hinw", gauge.astype(np.float32), uniform[rows])
         return mixed
 
-    return by_rows(balanced, shape, np.float32)
+    return _resampled(by_rows(balanced, shape, np.float32), grid)
+
+
+def _resampled(weights: NDArray[np.float32], grid: tuple[int, int]) -> NDArray[np.float32]:
+    """Weights ``(h, R, N, w)`` on another grid, by bilinear sampling."""
+    h, slots, count, w = weights.shape
+    above, below, down = bilinear_taps(grid[0], h)
+    left, right, across = bilinear_taps(grid[1], w)
+
+    def sampled(rows: slice) -> NDArray[np.float32]:
+        upper, share = weights[above[rows]], down[rows, None, None, None]
+        mixed = upper + share * (weights[below[rows]] - upper)
+        near: NDArray[np.float32] = mixed[..., left]
+        return near + across * (mixed[..., right] - near)
+
+    return by_rows(sampled, (grid[0], slots, count, grid[1]), np.float32)
 
 
 def _ones(samples: Samples) -> NDArray[np.float32]:

@@ -7,13 +7,14 @@ what is resident is bounded whatever the arrays' sizes. The files have no name: 
 import mmap
 import os
 import tempfile
+from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from math import prod
 from pathlib import Path
 from threading import Lock
 from typing import Any
-from weakref import WeakSet
+from weakref import WeakSet, finalize
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -28,6 +29,8 @@ ROWS = 128
 # Of the limit: an array that is larger goes to a file, and resident pages beyond that share are let go.
 LARGE = 1 / 128
 FULL = 3 / 4
+# Files that wait for another array.
+KEPT = 8
 
 _STATM = Path("/proc/self/statm")
 
@@ -38,9 +41,19 @@ class _Limit:
     def __init__(self, memory: int, folder: Path | None) -> None:
         self.memory, self.folder = memory, folder
         self.lock, self.mappings, self.written = Lock(), WeakSet[mmap.mmap](), 0
+        # Files whose arrays are gone: for the next arrays of their sizes, since old pages cost less than new ones.
+        self.free = deque[mmap.mmap](maxlen=KEPT)
 
-    def mapped(self, size: int) -> mmap.mmap:
-        """A mapping of a new, nameless file of zeros."""
+    def mapped(self, size: int) -> tuple[mmap.mmap, bool]:
+        """A mapping of a nameless file, and whether that is new and all zeros."""
+        for _ in range(len(self.free)):
+            mapping = self.free.popleft()
+            if len(mapping) == size:
+                return mapping, False
+            self.free.append(mapping)
+        return self._new(size), True
+
+    def _new(self, size: int) -> mmap.mmap:
         try:
             with tempfile.TemporaryFile(dir=self.folder) as file:
                 _reserve(file.fileno(), size)
@@ -105,16 +118,33 @@ def check(row_bytes: int) -> None:
 
 def empty(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
     """An array of any content, in a file where a limit says so; raises ``CANNOT_WRITE`` where the disk refuses."""
-    size = prod(shape) * np.dtype(dtype).itemsize
-    if _limit is None or size <= _limit.memory * LARGE:
-        return np.empty(shape, dtype)
-    return np.frombuffer(_limit.mapped(size), dtype).reshape(shape)
+    return np.empty(shape, dtype) if _fits(shape, dtype) else _mapped(shape, dtype)[0]
 
 
 def zeros(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
     """As :func:`empty`, of zeros."""
-    size = prod(shape) * np.dtype(dtype).itemsize
-    return np.zeros(shape, dtype) if _limit is None or size <= _limit.memory * LARGE else empty(shape, dtype)
+    if _fits(shape, dtype):
+        return np.zeros(shape, dtype)
+    array, is_new = _mapped(shape, dtype)
+    for row in array if not is_new else ():
+        row[...] = 0
+        ease()
+    return array
+
+
+def _fits(shape: tuple[int, ...], dtype: DTypeLike) -> bool:
+    return _limit is None or prod(shape) * np.dtype(dtype).itemsize <= _limit.memory * LARGE
+
+
+def _mapped(shape: tuple[int, ...], dtype: DTypeLike) -> tuple[NDArray[Any], bool]:
+    """An array in a file, and whether that is new and all zeros."""
+    if _limit is None:
+        raise RuntimeError("without a limit arrays live in memory")
+    mapping, is_new = _limit.mapped(prod(shape) * np.dtype(dtype).itemsize)
+    values = np.frombuffer(mapping, dtype)
+    # Without a lock: it may be called at any time, even while one is held.
+    finalize(values, _limit.free.append, mapping)
+    return values.reshape(shape), is_new
 
 
 def ease() -> None:

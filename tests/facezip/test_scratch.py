@@ -64,6 +64,22 @@ def test_pages_that_are_let_go_keep_what_was_written(tmp_path):
     np.testing.assert_array_equal(values, np.arange(300)[:, None] * np.ones(1000, int))
 
 
+def test_a_file_serves_again_and_zeros_are_zeros(tmp_path):
+    with scratch.limited(1, tmp_path):
+        first = scratch.empty((30, 1000), np.int32)
+        first[:] = 7
+        part = first[5:, ::2]
+        second = scratch.zeros((30, 1000), np.int32)
+        del first
+        assert (part == 7).all()
+        assert not second.any()
+        del part
+        third = scratch.zeros((1000, 30), np.float32)
+        assert not third.any()
+        assert not np.shares_memory(second, third)
+        assert len(list(scratch._limit.mappings)) == 2
+
+
 def test_nothing_is_left_of_a_killed_run(tmp_path):
     child = os.fork()
     if child == 0:
