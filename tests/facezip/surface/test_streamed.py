@@ -82,7 +82,7 @@ def test_what_is_read_does_not_depend_on_the_rows_that_are_decoded_at_a_time(sca
 def test_a_limit_is_kept_where_a_run_without_it_takes_more(tmp_path):
     small = random_surface(expressions=6, tiles=(2, 1))
     parts = {
-        key: replace(part, neutral=np.tile(part.neutral, (14, 28, 1)), textures=np.tile(part.textures, (1, 14, 28, 1)))
+        key: replace(part, neutral=np.tile(part.neutral, (10, 20, 1)), textures=np.tile(part.textures, (1, 10, 20, 1)))
         for key, part in small.parts.items()
     }
     save_surface(replace(small, parts=parts), tmp_path / "scans")
