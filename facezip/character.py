@@ -16,6 +16,7 @@ from facezip.meshes import Topology, read_obj, write_obj
 from facezip.names import MAX_CHARACTERS, first_unusable, printable
 from facezip.progress import track
 from facezip.reading import check_expansion, reading
+from facezip.rows import by_rows
 from facezip.textures import TEXTURE_SUFFIXES, Texels, read_texture, to_float, write_texture
 from facezip.writing import whole_folder
 
@@ -54,6 +55,12 @@ class Character:
     def resolution(self) -> tuple[int, int]:
         """Rows and columns of every texture."""
         return self.neutral.shape[0], self.neutral.shape[1]
+
+    @property
+    def weight(self) -> NDArray[np.float32]:
+        """``(H, W)`` float32: the mask, or 1 everywhere."""
+        one = np.ones(1, np.float32)
+        return by_rows(lambda _: one, self.resolution, np.float32) if self.mask is None else self.mask
 
     @property
     def facts(self) -> dict[str, Any]:

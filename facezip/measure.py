@@ -27,7 +27,7 @@ def texture_errors(character: Character, texture: Callable[[str], NDArray[np.flo
     character : the originals.
     texture : gives the other side, ``(H, W, C)`` float32 in [0, 1], for an expression's name.
     """
-    weight = np.ones(character.resolution, np.float32) if character.mask is None else character.mask
+    weight = character.weight
     names = track(character.expressions, "Measuring textures", len(character.expressions))
     return {name: _rmse(character, name, texture(name), weight) for name in names}
 

@@ -24,6 +24,7 @@ from facezip.model import CompressedTextures, Meshes
 from facezip.paircosts import pair_costs
 from facezip.ranges import MAX_DIFFERENCES
 from facezip.refine import as_stored, fit_weights, fitted
+from facezip.rows import by_rows
 from facezip.samples import BESIDE_THE_FACE, Samples, samples_of, thinned
 from facezip.stitching import Stitching, search, unpermuted
 from facezip.surface.neutrals import as_packed
@@ -137,7 +138,10 @@ def _weighted(
     part: Character, weight: float, importance: NDArray[np.float32] | None = None, beside: float = 0
 ) -> Samples:
     samples = samples_of(part, importance, beside)
-    return samples if weight == 1 else replace(samples, importance=samples.importance * np.float32(weight))
+    if weight == 1:
+        return samples
+    before, factor = samples.importance, np.float32(weight)
+    return replace(samples, importance=by_rows(lambda rows: before[rows] * factor, before.shape, np.float32))
 
 
 def _refined(surface: Surface, settings: Settings, weights: Mapping[str, float]) -> Parts:

@@ -29,6 +29,10 @@ def each_block(work: Callable[[int, int], Result], height: int) -> Iterator[Resu
         scratch.ease()
         return result
 
+    if 0 < height <= BLOCK:
+        # No threads for one: what works on a few rows is often within a block of others.
+        yield block(0)
+        return
     threads, tops = cores(), iter(range(0, height, BLOCK))
     with ThreadPoolExecutor(threads) as pool:
         waiting = deque(pool.submit(block, top) for top in islice(tops, 2 * threads))

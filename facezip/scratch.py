@@ -101,14 +101,15 @@ def limited(memory: int | None, folder: Path | None = None) -> Iterator[None]:
         _limit = before
 
 
-def check(row_bytes: int) -> None:
+def check(row_bytes: int, whole: int = 0) -> None:
     """Raise ``BAD_VALUE``, naming the least that works, where a limit is too small for textures of such rows.
 
     Parameters
     ----------
     row_bytes : bytes of one row of all textures together.
+    whole : bytes that are held whole besides.
     """
-    least = LEAST + cores() * ROWS * row_bytes
+    least = LEAST + cores() * ROWS * row_bytes + whole
     if _limit is not None and _limit.memory < least:
         raise FaceZipError(
             ErrorCode.BAD_VALUE,

@@ -125,12 +125,20 @@ def read_values(path: Path) -> NDArray[np.float32]:
     FaceZipError
         What :func:`read_texture_exactly` raises; ``BAD_TEXELS`` for values that are negative or not finite.
     """
-    stored = decode(path)[:, :, 0]
-    maximum = np.float32(1) if stored.dtype.kind == "f" else np.float32(np.iinfo(stored.dtype).max)
-    values: NDArray[np.float32] = stored.astype(np.float32) / maximum
-    if not np.isfinite(values).all() or values.min() < 0:
-        raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: negative or not finite values; paint or export them again")
+    values: NDArray[np.float32] = filled(_value_bands(path))
     return values
+
+
+def _value_bands(path: Path) -> Iterator[tuple[int, int, NDArray[np.float32]]]:
+    for top, height, band in decoded_bands(path):
+        stored = band[:, :, 0]
+        maximum = np.float32(1) if stored.dtype.kind == "f" else np.float32(np.iinfo(stored.dtype).max)
+        values: NDArray[np.float32] = stored.astype(np.float32) / maximum
+        if not np.isfinite(values).all() or values.min() < 0:
+            raise FaceZipError(
+                ErrorCode.BAD_TEXELS, f"{path}: negative or not finite values; paint or export them again"
+            )
+        yield top, height, values
 
 
 def png(texels: Texels) -> bytes:

@@ -63,6 +63,17 @@ def test_packs_are_those_of_compress_byte_for_byte(batch, serial):
         assert content(batch[0] / pack) == content(serial / pack)
 
 
+def test_a_limit_of_memory_changes_no_byte_and_is_no_setting(scans, serial, tmp_path):
+    assert batched(tmp_path / "packs", scans / "c0", "--memory", "450M")[1]["made"] == 1
+    assert content(tmp_path / "packs" / "c0.facezip") == content(serial / "c0.facezip")
+    assert batched(tmp_path / "packs", scans / "c0")[1]["kept"] == 1
+
+
+def test_a_limit_of_memory_holds_in_every_worker(scans, tmp_path):
+    entries = batched(tmp_path / "packs", scans / "c0", "--memory", "1M", code=ExitCode.BAD_INPUT)[0]
+    assert "at least" in entries["c0"]["error"]["message"]
+
+
 def test_a_character_that_fails_stops_no_other_and_is_named(batch):
     entries, document, stderr = batch[1]
     assert entries["bad"]["status"] == "failed"

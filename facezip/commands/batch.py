@@ -11,11 +11,21 @@ from typing import Any
 
 import click
 
+from facezip import scratch
 from facezip.batch import finished
 from facezip.batch.jobs import Job, find_jobs
 from facezip.batch.workers import crew
 from facezip.commands import options
-from facezip.commands.compress import FIT, GOALS, check_together, compress_into, fit_options, given, misregistered
+from facezip.commands.compress import (
+    FIT,
+    GOALS,
+    check_together,
+    compress_into,
+    fit_options,
+    given,
+    misregistered,
+    scratch_folder,
+)
 from facezip.commands.options import megabytes
 from facezip.errors import ErrorCode, ExitCode, FaceZipError
 from facezip.writing import alone, write_whole
@@ -29,6 +39,7 @@ FILE_NAME = "batch.json"
 @click.option("-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder for the packs.")
 @fit_options
 @options.worker_options
+@options.memory_of_each
 @options.overwrite
 @options.as_json
 @click.pass_context
@@ -39,6 +50,7 @@ def command(
     output: Path,
     workers: int | None,
     scheduler: str | None,
+    memory: int | None,
     overwrite: bool,
     as_json: bool,
     **settings: Any,
@@ -54,7 +66,9 @@ def command(
     jobs = [_resolved(context, job, settings) for job in find_jobs(characters)]
     with crew(workers, scheduler, len(jobs)) as hands, _batch_folder(output):
         folder = output.absolute()
-        tasks = {job.name: (job.character.absolute(), folder, job.name, job.settings, overwrite) for job in jobs}
+        tasks = {
+            job.name: (job.character.absolute(), folder, job.name, job.settings, overwrite, memory) for job in jobs
+        }
         outcomes = hands.outcomes(compress_unless_finished, tasks, "Compressing characters")
         entries = [_entry(job, output, outcomes[job.name]) for job in jobs]
         warnings = [
@@ -72,15 +86,23 @@ def command(
 
 
 def compress_unless_finished(
-    character: Path, folder: Path, name: str, settings: Mapping[str, Any], overwrite: bool = False
+    character: Path,
+    folder: Path,
+    name: str,
+    settings: Mapping[str, Any],
+    overwrite: bool = False,
+    memory: int | None = None,
 ) -> dict[str, Any]:
-    """One task: the document of ``facezip compress``, and whether the pack was ``made`` now or ``kept``."""
+    """One task: the document of ``facezip compress``, and whether the pack was ``made`` now or ``kept``.
+
+    Where arrays wait changes no byte: ``memory`` is no part of what a pack was made with.
+    """
     pack = folder / f"{name}.facezip"
     digest = finished.digest_of(character, settings)
     document = finished.find(pack, digest)
     if document is not None:
         return {"status": "kept", **document}
-    with finished.claimed(pack, character, digest, overwrite):
+    with finished.claimed(pack, character, digest, overwrite), scratch.limited(memory, scratch_folder(pack)):
         document = compress_into(character, pack, settings, overwrite=True)
     finished.keep(pack, character, digest, document)
     return {"status": "made", **document}
@@ -95,8 +117,8 @@ def _resolved(context: click.Context, job: Job, settings: Mapping[str, Any]) -> 
             ErrorCode.BAD_VALUE, f"{job.name}: '{unknown[0]}' is no setting; there are name, path, {', '.join(known)}"
         )
     listed = {name: known[name].type_cast_value(context, value) for name, value in job.settings.items()}
-    on_line = given(context) & {*known}
-    whole = {**settings, **listed, **{name: settings[name] for name in on_line}}
+    on_line = given(context) & {*known, "memory"}
+    whole = {**settings, **listed, **{name: settings[name] for name in on_line & {*known}}}
     check_together(on_line | {*listed}, whole)
     return replace(job, settings=whole)
 

@@ -24,12 +24,12 @@ def _bytes(context: click.Context, option: click.Parameter, value: str | None) -
     return round(float(found[1]) * {"M": 1e6, "G": 1e9, "T": 1e12}[found[2]]) if found else None
 
 
-memory = click.option(
-    "--memory",
-    callback=_bytes,
-    metavar="SIZE",
-    help="Most memory that is taken, such as 2G; the rest waits on the disk.  [default: what it takes]",
-)
+def _memory(taken: str) -> Callable[..., Any]:
+    text = f"Most memory that {taken}, such as 2G; the rest waits on the disk.  [default: what it takes]"
+    return click.option("--memory", callback=_bytes, metavar="SIZE", help=text)
+
+
+memory, memory_of_each = _memory("is taken"), _memory("each worker takes")
 
 
 def worker_options(command: Callable[..., Any]) -> Callable[..., Any]:

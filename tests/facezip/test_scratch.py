@@ -11,10 +11,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip import FaceZipError, compress, load_character, save_character, scratch, write_pack
+from facezip import (
+    FaceZipError,
+    compress,
+    load_character,
+    load_surface,
+    save_character,
+    save_surface,
+    scratch,
+    write_pack,
+)
+from facezip.choice import choose
 from facezip.errors import ErrorCode
 from facezip.measure import pack_errors
+from facezip.textures import read_values, write_values
 from tests.facezip.conftest import random_character
+from tests.facezip.surface.conftest import random_surface
 
 
 def packed(scans, pack, **settings):
@@ -33,6 +45,32 @@ def test_a_streamed_pack_has_the_bytes_of_one_made_in_memory(method, dtype, tmp_
     with scratch.limited(1, tmp_path):
         streamed = packed(tmp_path / "scans", tmp_path / "streamed", method=method)
     assert streamed == here
+
+
+def test_a_streamed_choice_by_a_streamed_importance_is_the_one_made_in_memory(tmp_path, monkeypatch):
+    character = random_character(side=64, expressions=3)
+    write_values(tmp_path / "importance.exr", np.random.default_rng(0).random((64, 64), np.float32))
+
+    def chosen():
+        choice = choose(character, target_rmse=4, importance=read_values(tmp_path / "importance.exr"))
+        return choice.tried, choice.model
+
+    tried, model = chosen()
+    monkeypatch.setattr(scratch, "LEAST", -(10**9))
+    with scratch.limited(1, tmp_path):
+        streamed_tried, streamed = chosen()
+    assert streamed_tried == tried
+    np.testing.assert_array_equal(streamed.differences, model.differences)
+
+
+def test_a_streamed_glb_is_the_one_read_into_memory(tmp_path, monkeypatch):
+    save_character(random_character(side=100), tmp_path / "scans.glb")
+    here = load_character(tmp_path / "scans.glb")
+    monkeypatch.setattr(scratch, "LEAST", -(10**9))
+    with scratch.limited(1, tmp_path):
+        streamed = load_character(tmp_path / "scans.glb")
+    np.testing.assert_array_equal(streamed.textures, here.textures)
+    np.testing.assert_array_equal(streamed.neutral, here.neutral)
 
 
 def test_a_limit_is_kept_where_a_run_without_it_takes_more(tmp_path):
@@ -90,10 +128,14 @@ def test_nothing_is_left_of_a_killed_run(tmp_path):
     assert not [*tmp_path.iterdir()]
 
 
-def test_a_limit_that_is_too_small_names_the_least_that_works(tmp_path):
-    save_character(random_character(), tmp_path / "scans")
+@pytest.mark.parametrize("scans", ["scans", "scans.glb", "layered"])
+def test_a_limit_that_is_too_small_names_the_least_that_works(scans, tmp_path):
+    if scans == "layered":
+        save_surface(random_surface(expressions=2), tmp_path / scans)
+    else:
+        save_character(random_character(), tmp_path / scans)
     with scratch.limited(10**6, tmp_path), pytest.raises(FaceZipError, match=r"need \d+M at least") as refusal:
-        load_character(tmp_path / "scans")
+        load_surface(tmp_path / scans)
     assert refusal.value.code is ErrorCode.BAD_VALUE
 
 
