@@ -7,6 +7,7 @@ from importlib import import_module
 import click
 
 from facezip.errors import ExitCode, FaceZipError
+from facezip.muting import muted_stderr
 from facezip.progress import show_progress
 
 VERBS = {
@@ -79,6 +80,7 @@ def main() -> None:
         message = "not enough memory; use smaller textures or a larger machine"
         status = _refused("out-of-memory", message, ExitCode.BAD_INPUT)
     except (click.Abort, KeyboardInterrupt):
+        muted_stderr.end()
         status = _refused("interrupted", "interrupted; every output is as it was, or complete", 130)
     sys.exit(int(status or ExitCode.DONE))
 

@@ -1,10 +1,8 @@
 """One image file, decoded only after what it claims about itself has been found possible."""
 
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Generator, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
-from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -13,6 +11,7 @@ from numpy.typing import NDArray
 
 from facezip import scratch
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.muting import muted_stderr
 from facezip.reading import check_expansion, reading
 
 MAX_SIDE = 16384
@@ -26,6 +25,9 @@ _MAGIC = {
     ".jpg": (b"\xff\xd8\xff",),
 }
 _MAGIC |= {".tiff": _MAGIC[".tif"], ".jpeg": _MAGIC[".jpg"]}
+# For each band of an image its first row, the rows of the image, and its texels.
+Bands = Generator[tuple[int, int, NDArray[Any]], None, None]
+
 _TYPES = ("uint8", "uint16", "uint32", "float16", "float32", "float64")
 
 oiio.attribute("try_all_readers", 0)
@@ -47,20 +49,22 @@ def decode(path: Path, expected: tuple[int, ...] | None = None, into: NDArray[An
     return filled(decoded_bands(path, expected), into)
 
 
-def filled(bands: Iterator[tuple[int, int, NDArray[Any]]], into: NDArray[Any] | None = None) -> NDArray[Any]:
+def filled(bands: Bands, into: NDArray[Any] | None = None) -> NDArray[Any]:
     """The image that bands (:func:`decoded_bands`) make; ``into`` as in :func:`decode`."""
     out = into
-    for top, height, band in bands:
-        if out is None or out.shape != (height, *band.shape[1:]) or out.dtype != band.dtype:
-            out = scratch.empty((height, *band.shape[1:]), band.dtype)
-        out[top : top + len(band)] = band
-        scratch.ease()
+    # Closed at once even where Ctrl-C ends it: an open image keeps the terminal from saying so.
+    with closing(bands):
+        for top, height, band in bands:
+            if out is None or out.shape != (height, *band.shape[1:]) or out.dtype != band.dtype:
+                out = scratch.empty((height, *band.shape[1:]), band.dtype)
+            out[top : top + len(band)] = band
+            scratch.ease()
     if out is None:
         raise ValueError("an image has at least one row")
     return out
 
 
-def decoded_bands(path: Path, expected: tuple[int, ...] | None = None) -> Iterator[tuple[int, int, NDArray[Any]]]:
+def decoded_bands(path: Path, expected: tuple[int, ...] | None = None) -> Bands:
     """An image a band at a time: its first row, the rows of the image, and its texels; raises as :func:`decode`."""
     with opened(path) as image:
         spec = image.spec()
@@ -146,31 +150,3 @@ def reason(source: Any) -> str:
     except UnicodeDecodeError:
         return "its header is damaged"
     return (text.splitlines() or ["no reason given"])[0].strip()
-
-
-class _MutedStderr:
-    """Keeps libpng and libtiff from writing to the terminal themselves: the error says it, once.
-
-    The descriptor belongs to the whole process: the first of several threads redirects it, the last one restores it.
-    """
-
-    def __init__(self) -> None:
-        self._lock, self._inside, self._kept = Lock(), 0, -1
-
-    def __enter__(self) -> None:
-        with self._lock:
-            self._inside += 1
-            if self._inside == 1:
-                self._kept = os.dup(2)
-                with open(os.devnull, "wb") as nowhere:
-                    os.dup2(nowhere.fileno(), 2)
-
-    def __exit__(self, *_: object) -> None:
-        with self._lock:
-            self._inside -= 1
-            if self._inside == 0:
-                os.dup2(self._kept, 2)
-                os.close(self._kept)
-
-
-muted_stderr = _MutedStderr()

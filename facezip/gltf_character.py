@@ -11,8 +11,6 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from facezip import scratch
 from facezip.character import MASK, NEUTRAL, SPARE, Character, check_names, kind_of, mask_of, texture_path
 from facezip.errors import ErrorCode, FaceZipError

@@ -5,7 +5,7 @@ encoded here, so that everything downstream sees one kind of number.
 """
 
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +14,9 @@ import OpenImageIO as oiio
 from numpy.typing import NDArray
 
 from facezip import scratch
-from facezip.decoding import BAND, decode, decoded_bands, filled, muted_stderr, reason, unreadable
+from facezip.decoding import BAND, Bands, decode, decoded_bands, filled, reason, unreadable
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.muting import muted_stderr
 from facezip.rows import by_rows
 
 TEXTURE_SUFFIXES = (".png", ".exr", ".tif", ".tiff", ".jpg", ".jpeg")
@@ -58,7 +59,7 @@ def read_texture(path: Path, into: Texels | None = None) -> Texels:
     return filled(_encoded_bands(path), into)
 
 
-def _encoded_bands(path: Path) -> Iterator[tuple[int, int, Texels]]:
+def _encoded_bands(path: Path) -> Bands:
     low, high = np.float32(np.inf), np.float32(-np.inf)
     for top, height, band in decoded_bands(path):
         texels = band[:, :, :-1] if band.shape[2] in (2, 4) else band
@@ -129,7 +130,7 @@ def read_values(path: Path) -> NDArray[np.float32]:
     return values
 
 
-def _value_bands(path: Path) -> Iterator[tuple[int, int, NDArray[np.float32]]]:
+def _value_bands(path: Path) -> Bands:
     for top, height, band in decoded_bands(path):
         stored = band[:, :, 0]
         maximum = np.float32(1) if stored.dtype.kind == "f" else np.float32(np.iinfo(stored.dtype).max)

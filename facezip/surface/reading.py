@@ -1,6 +1,5 @@
 """Reading one texture of a map, some rows at a time: from what the file stores to the numbers that are fitted."""
 
-from collections.abc import Iterator
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -8,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.decoding import decoded_bands
+from facezip.decoding import Bands, decoded_bands
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.rows import BLOCK
 from facezip.surface.layout import MapFiles
@@ -20,11 +19,8 @@ LEAST_Z = 1 / (1 + MAX_SLOPE**2) ** 0.5
 # Normals of 8 bits lose nothing in 16 bits of slope, and take half the memory of floats.
 _NARROW = np.uint16(65535)
 
-# Some rows of an image: the first one's number, how many the image has, and their texels (H, W, C).
-Rows = tuple[int, int, Any]
 
-
-def value_rows(path: Path, how: MapFiles) -> Iterator[Rows]:
+def value_rows(path: Path, how: MapFiles) -> Bands:
     """The rows of a texture of colours or data: integers as stored, floats as values (colours encoded).
 
     Raises
@@ -51,7 +47,7 @@ def value_rows(path: Path, how: MapFiles) -> Iterator[Rows]:
         )
 
 
-def normal_rows(path: Path, how: MapFiles, signed: bool, seen: NDArray[np.bool_]) -> Iterator[Rows]:
+def normal_rows(path: Path, how: MapFiles, signed: bool, seen: NDArray[np.bool_]) -> Bands:
     """The rows of a normal map as fitted slopes ``(H, W, 2)``: uint16 of 8-bit files, else float32.
 
     Parameters
@@ -92,7 +88,7 @@ def states_signs(path: Path) -> bool:
     return any(bool(stored.min() < -0.01) for _, _, stored in floats)
 
 
-def _decoded(path: Path) -> Iterator[Rows]:
+def _decoded(path: Path) -> Bands:
     """An image as it is stored, so few rows at a time that several copies of them as floats may be made."""
     for first, height, band in decoded_bands(path):
         for top in range(0, len(band), BLOCK):

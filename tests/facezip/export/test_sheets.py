@@ -187,9 +187,10 @@ def test_levels_that_are_fitted_are_nearer_for_every_map(smooth):
     averaged = list(averaged_levels(sheet, pyramid, bc7()))
     rows = mip_errors(sheet, pyramid, plain, fitted=fitted, averaged=averaged)
     assert [len(of_map) for of_map in rows.values()] == [4, 4]
-    for levels in zip(*rows.values(), strict=True):
-        # Channels of one block pay for each other; together they gain.
-        assert np.mean([row["fitted"] / row["averaged"] for row in levels]) < 0.95, levels
+    # Channels of one block pay for each other; together they gain at every level.
+    gains = [[row["fitted"] / row["averaged"] for row in levels] for levels in zip(*rows.values(), strict=True)]
+    assert max(np.mean(gains, axis=1)) < 1, gains
+    assert np.mean(gains) < 0.9, gains
     exact = codec_errors(sheet, pyramid, plain[0])
     assert exact["normal"]["angular_error"] < 1e-3
     assert exact["roughness"]["rmse"] < 1e-3
