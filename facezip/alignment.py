@@ -10,12 +10,14 @@ of it, and as slopes are the neutral's alone, the rest is uncorrelated with them
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, uniform_filter
 
+from facezip import scratch
 from facezip.character import Character
 from facezip.cores import cores
 from facezip.fragments import texel_scale
@@ -38,6 +40,8 @@ TOLERANCE = 0.25
 SURE = 0.5
 # Residuals of neighbouring texels are not independent: so many count as one.
 CORRELATED = 16
+# Rows of a texture that are reduced at a time.
+ROWS = 256
 # Side of the neighbourhood whose mean is taken away, in texels of a level.
 NEIGHBOURHOOD = 9
 # Added to values in [0, 1] before the logarithm, so that the noise of black texels does not count.
@@ -95,8 +99,7 @@ def alignments(character: Character, names: Sequence[str] | None = None, quick: 
     names = character.expressions if names is None else names
     scale = texel_scale(character)
     factor = -(-max(side, *character.resolution) // side)
-    mask = np.ones(character.resolution, np.float32) if character.mask is None else character.mask
-    weight = _reduced(np.ascontiguousarray(mask)[:, :, None], factor)
+    weight = _reduced(np.ascontiguousarray(character.weight)[:, :, None], factor)
     neutral = _pyramid(_reduced(np.ascontiguousarray(character.neutral), factor), scale)
     fixed = [(still, *np.gradient(still)) for still in neutral]
     weights = [_reduced(weight[:, :, None], step) for step in _steps(weight)]
@@ -168,9 +171,18 @@ def _solved(sums: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.
     return move, TOLERANCE**2 / (TOLERANCE**2 + CORRELATED * variance)
 
 
-@njit(cache=True, nogil=True)
-def _reduced(texels: NDArray[np.uint8], factor: int) -> NDArray[np.float32]:
+def _reduced(texels: NDArray[Any], factor: int) -> NDArray[np.float32]:
     """The mean ``(H / factor, W / factor)`` over channels and blocks of factor x factor; a part block is left out."""
+    out = np.empty((texels.shape[0] // factor, texels.shape[1] // factor), np.float32)
+    rows = -(-ROWS // factor)
+    for top in range(0, len(out), rows):
+        out[top : top + rows] = _means(texels[top * factor : (top + rows) * factor], factor)
+        scratch.ease()
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _means(texels: NDArray[np.uint8], factor: int) -> NDArray[np.float32]:
     height, width, channels = texels.shape
     out = np.empty((height // factor, width // factor), np.float32)
     share = np.float32(1 / (factor * factor * channels))

@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from facezip import scratch
 from facezip.character import Character
 from facezip.fragments import differences_of_row, texel_scale
 from facezip.model import CompressedTextures
@@ -50,7 +51,7 @@ def difference_gram(samples: Samples) -> NDArray[np.float64]:
 def combine_differences(character: Character, mixture: NDArray[np.float32]) -> NDArray[np.float32]:
     """Linear combinations of the differences: ``(R, H, W, C)`` from ``(R, N)`` coefficients."""
     height, width = character.resolution
-    out = np.empty((len(mixture), height, width, character.neutral.shape[2]), np.float32)
+    out: NDArray[np.float32] = scratch.empty((len(mixture), height, width, character.neutral.shape[2]), np.float32)
     stored = character.textures, character.neutral, texel_scale(character)
     mixture = np.ascontiguousarray(mixture)
 

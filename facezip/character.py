@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip import scratch
 from facezip.cores import cores
 from facezip.decoding import stated_size
 from facezip.errors import ErrorCode, FaceZipError
@@ -15,6 +16,7 @@ from facezip.meshes import Topology, read_obj, write_obj
 from facezip.names import MAX_CHARACTERS, first_unusable, printable
 from facezip.progress import track
 from facezip.reading import check_expansion, reading
+from facezip.rows import by_rows
 from facezip.textures import TEXTURE_SUFFIXES, Texels, read_texture, to_float, write_texture
 from facezip.writing import whole_folder
 
@@ -53,6 +55,12 @@ class Character:
     def resolution(self) -> tuple[int, int]:
         """Rows and columns of every texture."""
         return self.neutral.shape[0], self.neutral.shape[1]
+
+    @property
+    def weight(self) -> NDArray[np.float32]:
+        """``(H, W)`` float32: the mask, or 1 everywhere."""
+        one = np.ones(1, np.float32)
+        return by_rows(lambda _: one, self.resolution, np.float32) if self.mask is None else self.mask
 
     @property
     def facts(self) -> dict[str, Any]:
@@ -136,11 +144,11 @@ def _load_folder(folder: Path) -> Character:
     neutral_vertices, topology = read_obj(folder / f"{NEUTRAL}.obj")
     neutral = read_texture(texture_path(folder, NEUTRAL))
     vertices = np.empty((len(names), *neutral_vertices.shape), np.float32)
-    textures: Texels = np.empty((len(names), *neutral.shape), neutral.dtype)
+    textures: Texels = scratch.empty((len(names), *neutral.shape), neutral.dtype)
 
     def read(n: int) -> None:
         vertices[n] = vertices_like(folder / f"{names[n]}.obj", neutral_vertices, topology)
-        textures[n] = _texture_like(folder, names[n], neutral)
+        _read_like(folder, names[n], neutral, textures[n])
 
     with ThreadPoolExecutor(cores()) as pool:
         for _ in track(pool.map(read, range(len(names))), "Reading the character", len(names)):
@@ -193,13 +201,12 @@ def _expression_names(folder: Path) -> tuple[str, ...]:
     if NEUTRAL not in meshes:
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no neutral.obj; a character needs a neutral mesh")
     names = tuple(name for name in meshes if name != NEUTRAL)
-    orphans = {path.stem for path in folder.iterdir() if path.suffix.lower() in TEXTURE_SUFFIXES} - {*meshes}
-    missing = sorted(name for name in orphans if not name.startswith(MASK))
-    if missing:
-        raise FaceZipError(
-            ErrorCode.MISSING_FILE,
-            f"{folder / missing[0]}.obj: missing beside its texture; add the mesh or remove it",
-        )
+    for path in sorted(folder.iterdir()):
+        known = path.stem in meshes or path.stem.startswith(MASK)
+        if path.suffix.lower() in TEXTURE_SUFFIXES and not known:
+            from facezip.surface.layout import without_mesh
+
+            raise without_mesh(path, meshes)
     if len(names) < 2:
         raise FaceZipError(
             ErrorCode.TOO_FEW_EXPRESSIONS,
@@ -218,7 +225,9 @@ def _check_sizes(folder: Path, names: tuple[str, ...]) -> None:
                 ErrorCode.SIZE_MISMATCH,
                 f"{path}: {width}x{height}, the neutral is {sizes[0][1]}x{sizes[0][0]}; export both alike",
             )
-    check_expansion(folder, sum(size[2] for size in sizes), sum(path.stat().st_size for path in paths), SPARE)
+    decoded = sum(size[2] for size in sizes)
+    check_expansion(folder, decoded, sum(path.stat().st_size for path in paths), SPARE)
+    scratch.check(decoded // sizes[0][0])
 
 
 def texture_path(folder: Path, name: str) -> Path:
@@ -249,15 +258,14 @@ def vertices_like(path: Path, neutral: NDArray[np.float32], topology: Topology) 
     return vertices
 
 
-def _texture_like(folder: Path, name: str, neutral: Texels) -> Texels:
+def _read_like(folder: Path, name: str, neutral: Texels, into: Texels) -> None:
     path = texture_path(folder, name)
-    texture = read_texture(path)
-    if texture.shape != neutral.shape or texture.dtype != neutral.dtype:
+    texture = read_texture(path, into)
+    if texture is not into:
         raise FaceZipError(
             ErrorCode.SIZE_MISMATCH,
             f"{path}: {kind_of(texture)}, the neutral is {kind_of(neutral)}; export both alike",
         )
-    return texture
 
 
 def kind_of(texture: Texels) -> str:
@@ -273,12 +281,12 @@ def _mask(folder: Path, neutral: Texels) -> NDArray[np.float32] | None:
 
 def mask_of(texels: Texels, neutral: Texels, path: Path) -> NDArray[np.float32]:
     """The face region ``(H, W)`` that an image at ``path`` says: of the neutral's size, and not black everywhere."""
-    mask = to_float(texels)[:, :, 0]
+    mask = to_float(texels[:, :, 0])
     if mask.shape != neutral.shape[:2]:
         raise FaceZipError(
             ErrorCode.SIZE_MISMATCH,
             f"{path}: {mask.shape[1]}x{mask.shape[0]}, the textures differ; resize the mask",
         )
-    if mask.max() == 0:
+    if texels[:, :, 0].max() == 0:
         raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: the mask is black everywhere; paint the face region white")
     return mask

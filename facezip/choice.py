@@ -132,6 +132,8 @@ class _Search:
                 fitted = self._fit(candidate)
                 if best is None or fitted[0].rmse < best[0].rmse:
                     best = fitted
+                # Not held while the next one is made.
+                del fitted
                 advance()
         if best is None:
             raise ValueError("no settings to choose from")
@@ -155,6 +157,7 @@ class _Search:
                         best, finest = fitted, finest + 1
                     else:
                         differences += 1
+                    del fitted
                 advance()
         if best is None:
             nearest = min(self.tried, key=lambda trial: trial.rmse)

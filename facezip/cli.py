@@ -1,11 +1,13 @@
 """The ``facezip`` command: one verb a module in ``facezip.commands``, errors as one line and an exit code."""
 
+import json
 import sys
 from importlib import import_module
 
 import click
 
 from facezip.errors import ExitCode, FaceZipError
+from facezip.muting import muted_stderr
 from facezip.progress import show_progress
 
 VERBS = {
@@ -71,14 +73,25 @@ def main() -> None:
             status = facezip.main(standalone_mode=False)
     except click.ClickException as error:
         error.show()
-        status = error.exit_code
+        status = _answered("usage", error.format_message(), error.exit_code)
     except FaceZipError as error:
-        click.echo(f"facezip: {error}", err=True)
-        status = error.exit_code
+        status = _refused(error.code, str(error), error.exit_code)
     except MemoryError:
-        click.echo("facezip: not enough memory; use smaller textures or a larger machine", err=True)
-        status = ExitCode.BAD_INPUT
+        message = "not enough memory; use smaller textures or a larger machine"
+        status = _refused("out-of-memory", message, ExitCode.BAD_INPUT)
     except (click.Abort, KeyboardInterrupt):
-        click.echo("facezip: interrupted; every output is as it was, or complete", err=True)
-        status = 130
+        muted_stderr.end()
+        status = _refused("interrupted", "interrupted; every output is as it was, or complete", 130)
     sys.exit(int(status or ExitCode.DONE))
+
+
+def _refused(code: str, message: str, status: int) -> int:
+    click.echo(f"facezip: {message}", err=True)
+    return _answered(code, message, status)
+
+
+def _answered(code: str, message: str, status: int) -> int:
+    """The error for a program that asked for JSON; by the words as given, since they may be what is wrong."""
+    if "--json" in sys.argv[1:]:
+        click.echo(json.dumps({"error": {"code": code, "message": message}}, indent=1))
+    return status

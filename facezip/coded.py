@@ -52,7 +52,8 @@ def fit_coded(
             texture = solve_texture(samples, weights, textures, slot)
             textures[slot] = storage.difference(texture, samples.importance)
         system = weight_system(samples, weights, textures)
-        weights = _coded_weights(system.regularised(system.mean_diagonal, SMOOTHNESS), weights, storage)
+        system.regularise(system.mean_diagonal, SMOOTHNESS)
+        weights = _coded_weights(system, weights, storage)
     maps = np.ascontiguousarray(weights.transpose(2, 0, 3, 1))
     return CompressedTextures(neutral, textures, maps, character.expressions, "refined")
 

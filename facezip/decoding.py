@@ -1,20 +1,22 @@
 """One image file, decoded only after what it claims about itself has been found possible."""
 
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Generator, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
-from threading import Lock
 from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio
 from numpy.typing import NDArray
 
+from facezip import scratch
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.muting import muted_stderr
 from facezip.reading import check_expansion, reading
 
 MAX_SIDE = 16384
+# Rows that are decoded and encoded at a time: whole blocks of every compression of OpenEXR.
+BAND = 256
 # How each kind of file begins. A library that guesses would try its forty other readers on hostile bytes.
 _MAGIC = {
     ".png": (b"\x89PNG\r\n\x1a\n",),
@@ -23,29 +25,69 @@ _MAGIC = {
     ".jpg": (b"\xff\xd8\xff",),
 }
 _MAGIC |= {".tiff": _MAGIC[".tif"], ".jpeg": _MAGIC[".jpg"]}
+# For each band of an image its first row, the rows of the image, and its texels.
+Bands = Generator[tuple[int, int, NDArray[Any]], None, None]
+
 _TYPES = ("uint8", "uint16", "uint32", "float16", "float32", "float64")
 
 oiio.attribute("try_all_readers", 0)
 
 
-def decode(path: Path, expected: tuple[int, ...] | None = None) -> NDArray[Any]:
+def decode(path: Path, expected: tuple[int, ...] | None = None, into: NDArray[Any] | None = None) -> NDArray[Any]:
     """Texels ``(H, W, C)`` as they are stored, alpha unassociated; where given, their shape must be ``expected``.
+
+    Parameters
+    ----------
+    path, expected : which image.
+    into : filled and returned where it has the image's shape and type; otherwise there is a new array.
 
     Raises
     ------
     FaceZipError
         ``MISSING_FILE``, ``CANNOT_READ``, ``UNREADABLE_IMAGE`` or ``TOO_LARGE``.
     """
+    return filled(decoded_bands(path, expected), into)
+
+
+def filled(bands: Bands, into: NDArray[Any] | None = None) -> NDArray[Any]:
+    """The image that bands (:func:`decoded_bands`) make; ``into`` as in :func:`decode`."""
+    out = into
+    # Closed at once even where Ctrl-C ends it: an open image keeps the terminal from saying so.
+    with closing(bands):
+        for top, height, band in bands:
+            if out is None or out.shape != (height, *band.shape[1:]) or out.dtype != band.dtype:
+                out = scratch.empty((height, *band.shape[1:]), band.dtype)
+            out[top : top + len(band)] = band
+            scratch.ease()
+    if out is None:
+        raise ValueError("an image has at least one row")
+    return out
+
+
+def decoded_bands(path: Path, expected: tuple[int, ...] | None = None) -> Bands:
+    """An image a band at a time: its first row, the rows of the image, and its texels; raises as :func:`decode`."""
     with opened(path) as image:
         spec = image.spec()
         if expected is not None and (spec.height, spec.width, spec.nchannels) != expected:
             raise unreadable(path, f"{spec.width}x{spec.height}, {spec.nchannels} channels; expected {expected}")
-        texels = image.read_image(oiio.UNKNOWN)
-        if texels is None:
-            raise unreadable(path, reason(image))
-    if texels.dtype.name not in _TYPES:
-        raise unreadable(path, f"holds {texels.dtype}")
-    return np.asarray(texels).reshape(spec.height, spec.width, -1)
+        rows = max(BAND // max(spec.tile_height, 1), 1) * max(spec.tile_height, 1)
+        for top in range(0, spec.height, rows):
+            band = _read(image, top, min(top + rows, spec.height))
+            if band is None:
+                raise unreadable(path, reason(image))
+            if band.dtype.name not in _TYPES:
+                raise unreadable(path, f"holds {band.dtype}")
+            yield top, spec.height, np.asarray(band).reshape(-1, spec.width, spec.nchannels)
+
+
+def _read(image: Any, top: int, bottom: int) -> Any:
+    """Rows of an open image, None where that fails."""
+    spec = image.spec()
+    origin, left, channels = spec.y, spec.x, spec.nchannels
+    rows = origin + top, origin + bottom
+    if spec.tile_width == 0:
+        return image.read_scanlines(*rows, 0, 0, channels, oiio.UNKNOWN)
+    return image.read_tiles(left, left + spec.width, *rows, 0, 1, 0, channels, oiio.UNKNOWN)
 
 
 def stated_size(path: Path) -> tuple[int, int, int]:
@@ -108,31 +150,3 @@ def reason(source: Any) -> str:
     except UnicodeDecodeError:
         return "its header is damaged"
     return (text.splitlines() or ["no reason given"])[0].strip()
-
-
-class _MutedStderr:
-    """Keeps libpng and libtiff from writing to the terminal themselves: the error says it, once.
-
-    The descriptor belongs to the whole process: the first of several threads redirects it, the last one restores it.
-    """
-
-    def __init__(self) -> None:
-        self._lock, self._inside, self._kept = Lock(), 0, -1
-
-    def __enter__(self) -> None:
-        with self._lock:
-            self._inside += 1
-            if self._inside == 1:
-                self._kept = os.dup(2)
-                with open(os.devnull, "wb") as nowhere:
-                    os.dup2(nowhere.fileno(), 2)
-
-    def __exit__(self, *_: object) -> None:
-        with self._lock:
-            self._inside -= 1
-            if self._inside == 0:
-                os.dup2(self._kept, 2)
-                os.close(self._kept)
-
-
-muted_stderr = _MutedStderr()

@@ -4,6 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from facezip import scratch
 from facezip.character import Character
 from facezip.fragments import differences_of_row, texel_scale
 from facezip.masks import Masks, masks_at
@@ -20,7 +21,7 @@ def difference_textures(character: Character, masks: Masks, shares: NDArray[np.f
     shares : ``(K, R, N)``, the part of expression n in the fragment of mask k that texture i takes.
     """
     height, width = character.resolution
-    out = np.empty((shares.shape[1], height, width, character.neutral.shape[2]), np.float32)
+    out = scratch.empty((shares.shape[1], height, width, character.neutral.shape[2]), np.float32)
     stored = character.textures, character.neutral, texel_scale(character)
 
     def block(top: int, bottom: int) -> None:

@@ -1,8 +1,16 @@
-"""What textures cost at run time: bytes of GPU memory and fetches per pixel (the paper's Table 1)."""
+"""What textures cost at run time: bytes of GPU memory and fetches per pixel.
+
+Bytes are counted in two ways. At 8 bits a channel, as the paper's Table 1 does: three bytes a texel of an RGB texture.
+And in the blocks that engines hold, neutral, differences and every rival texture as BC7, 16 bytes for 4 x 4 texels,
+and the weight maps as RGBA of 8 bits, as exports have them (docs/engines.md). Neither counts mip-maps, a third more of
+textures and nothing of weight maps, nor the target that weight maps are blended into, 8 bytes a texel of one of them
+for every head on the screen.
+"""
 
 from dataclasses import dataclass
 
 SLOTS_PER_LAYER = 4
+BLOCK_SIDE, BLOCK_BYTES = 4, 16
 
 
 @dataclass(frozen=True)
@@ -40,8 +48,13 @@ class Footprint:
         return (1 + self.differences) * self._texture + self.weight_bytes
 
     @property
+    def bytes_bc7(self) -> int:
+        """Bytes with neutral and differences as BC7: (1 + R) · B + 4·N·h·w·⌈R/4⌉, B = 16·⌈H/4⌉·⌈W/4⌉."""
+        return (1 + self.differences) * self._blocks + self.weight_bytes
+
+    @property
     def weight_bytes(self) -> int:
-        """What of :attr:`bytes_on_gpu` is weight maps."""
+        """Weight maps of h x w texels, RGBA of 8 bits: 4·N·h·w·⌈R/4⌉."""
         return self.expressions * self.weight_size[0] * self.weight_size[1] * SLOTS_PER_LAYER * self.layers
 
     @property
@@ -50,5 +63,15 @@ class Footprint:
         return (1 + self.expressions) * self._texture
 
     @property
+    def bytes_raw_bc7(self) -> int:
+        """Bytes of the neutral and every expression texture as BC7: (1 + N) · B."""
+        return (1 + self.expressions) * self._blocks
+
+    @property
     def _texture(self) -> int:
         return self.size[0] * self.size[1] * self.channels
+
+    @property
+    def _blocks(self) -> int:
+        height, width = self.size
+        return -(-height // BLOCK_SIDE) * -(-width // BLOCK_SIDE) * BLOCK_BYTES

@@ -1,5 +1,6 @@
 """The geometry of a character as glTF: corners split where UVs differ, morph targets that keep their names."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -56,44 +57,67 @@ def start(name: str) -> GlbBuilder:
     )
 
 
-def add_mesh(glb: GlbBuilder, name: str, meshes: Meshes, expressions: tuple[str, ...]) -> dict[str, Any]:
-    """Add the neutral and a named morph target per expression (equation 7); returns the mesh's one primitive.
+def add_mesh(
+    glb: GlbBuilder, name: str, meshes: Meshes, expressions: tuple[str, ...], charts: Sequence[Topology]
+) -> list[dict[str, Any]]:
+    """Add the neutral and a named morph target per expression (equation 7), with a primitive for each of ``charts``.
 
-    Normals are computed on the mesh before it is split, so that no seam shows, and morph along.
+    Normals are computed on the mesh before it is split, so that no seam shows, and morph along. The number of a chart
+    is that of its material. Returns the primitives.
     """
-    parts = split(meshes.topology)
-    faces = parts.faces.astype(np.uint16) if len(parts.vertex) <= 65535 else parts.faces
     normals = vertex_normals(meshes.neutral, meshes.topology.faces)
-    primitive: dict[str, Any] = {
+    turns = []
+    for delta in meshes.deltas:
+        turned = vertex_normals(meshes.neutral + delta, meshes.topology.faces) - normals
+        turned[np.abs(turned).max(axis=1) < SMALLEST_TURN] = 0
+        turns.append(turned)
+    primitives = [
+        _primitive(glb, meshes, normals, turns, split(chart), material) for material, chart in enumerate(charts)
+    ]
+    glb.document["meshes"] = [
+        {
+            "name": name,
+            "primitives": primitives,
+            "weights": [0.0] * len(expressions),
+            "extras": {"targetNames": list(expressions)},
+        }
+    ]
+    return primitives
+
+
+def _primitive(
+    glb: GlbBuilder,
+    meshes: Meshes,
+    normals: NDArray[np.float32],
+    turns: Sequence[NDArray[np.float32]],
+    parts: Split,
+    material: int,
+) -> dict[str, Any]:
+    faces = parts.faces.astype(np.uint16) if len(parts.vertex) <= 65535 else parts.faces
+    return {
         "attributes": {
             "POSITION": glb.array(meshes.neutral[parts.vertex], VERTICES, bounds=True),
             "NORMAL": glb.array(normals[parts.vertex], VERTICES),
             "TEXCOORD_0": glb.array(parts.uv, VERTICES),
         },
         "indices": glb.array(faces.reshape(-1, 1), INDICES),
-        "material": 0,
-        "targets": [],
+        "material": material,
+        "targets": [
+            {"POSITION": glb.sparse(delta[parts.vertex], bounds=True), "NORMAL": glb.sparse(turned[parts.vertex])}
+            for delta, turned in zip(meshes.deltas, turns, strict=True)
+        ],
     }
-    for delta in meshes.deltas:
-        turned = vertex_normals(meshes.neutral + delta, meshes.topology.faces) - normals
-        turned[np.abs(turned).max(axis=1) < SMALLEST_TURN] = 0
-        target = {"POSITION": glb.sparse(delta[parts.vertex], bounds=True), "NORMAL": glb.sparse(turned[parts.vertex])}
-        primitive["targets"].append(target)
-    glb.document["meshes"] = [
-        {
-            "name": name,
-            "primitives": [primitive],
-            "weights": [0.0] * len(expressions),
-            "extras": {"targetNames": list(expressions)},
-        }
-    ]
-    return primitive
 
 
-def skin(name: str, texture: int) -> dict[str, Any]:
-    """A material of that name and base colour."""
-    shading = {"baseColorTexture": {"index": texture}, "metallicFactor": 0.0, "roughnessFactor": ROUGHNESS}
-    return {"name": name, "pbrMetallicRoughness": shading}
+def skin(name: str, texture: int, normal: int | None = None, roughness: int | None = None) -> dict[str, Any]:
+    """A material of that name and base colour; ``normal`` and ``roughness`` are textures too, where there are any."""
+    shading: dict[str, Any] = {"baseColorTexture": {"index": texture}, "metallicFactor": 0.0}
+    if roughness is None:
+        shading["roughnessFactor"] = ROUGHNESS
+    else:
+        shading["metallicRoughnessTexture"] = {"index": roughness}
+    material = {"name": name, "pbrMetallicRoughness": shading}
+    return material if normal is None else {**material, "normalTexture": {"index": normal}}
 
 
 def vertex_normals(vertices: NDArray[np.float32], faces: NDArray[np.int32]) -> NDArray[np.float32]:

@@ -11,9 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from facezip import scratch
 from facezip.character import MASK, NEUTRAL, SPARE, Character, check_names, kind_of, mask_of, texture_path
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.glb import Glb, GlbFault
@@ -23,7 +21,7 @@ from facezip.model import Meshes
 from facezip.names import printable
 from facezip.progress import track
 from facezip.reading import check_expansion
-from facezip.textures import Texels, read_texture, write_texture
+from facezip.textures import Texels, png, read_texture
 from facezip.writing import write_whole
 
 VARIANTS = "KHR_materials_variants"
@@ -46,6 +44,7 @@ def load_glb(path: Path) -> Character:
     """
     if not path.is_file():
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such file; give a .glb or a folder with neutral.obj")
+    scratch.check(0, _held(path))
     try:
         glb = Glb.read(path)
         _check_extensions(glb)
@@ -74,12 +73,12 @@ def save_glb(character: Character, path: Path) -> None:
     glb = start(character.name)
     deltas = character.vertices - character.neutral_vertices
     meshes = Meshes(character.topology, character.neutral_vertices, deltas)
-    primitive = add_mesh(glb, character.name, meshes, character.expressions)
+    (primitive,) = add_mesh(glb, character.name, meshes, character.expressions, [character.topology])
     images = {NEUTRAL: character.neutral, **dict(zip(character.expressions, character.textures, strict=True))}
     if character.mask is not None:
         images[MASK] = character.mask[:, :, None]
     for name in track(images, "Writing the character", len(images)):
-        glb.image(name, _png(images[name]), "image/png")
+        glb.image(name, png(images[name]), "image/png")
     names = [name for name in images if name != NEUTRAL]
     glb.document |= {
         "samplers": CLAMPED,
@@ -101,13 +100,13 @@ class _Textures:
         self._variants = _variant_materials(glb, mesh.primitive)
         self._material = mesh.primitive.get("material")
 
-    def find(self, name: str) -> Texels | None:
-        """The texture of a name, or None."""
+    def find(self, name: str, into: Texels | None = None) -> Texels | None:
+        """The texture of a name, or None; ``into`` is as in :func:`facezip.textures.read_texture`."""
         image = self._image(name)
         if image is not None:
-            return self._decoded(image)
+            return self._decoded(image, into)
         file = self._beside(name)
-        return read_texture(file) if file.is_file() else None
+        return read_texture(file, into) if file.is_file() else None
 
     def stored_bytes(self, names: Iterable[str]) -> int:
         """Bytes of the file and of all files of these names beside it."""
@@ -141,7 +140,7 @@ class _Textures:
             raise GlbFault("a texture is neither PNG nor JPEG; export it with PNG textures")
         return int(texture["source"])
 
-    def _decoded(self, index: int) -> Texels:
+    def _decoded(self, index: int, into: Texels | None) -> Texels:
         image = self._glb.item("images", index)
         suffix = SUFFIXES.get(str(image.get("mimeType")))
         if suffix is None or "bufferView" not in image:
@@ -150,7 +149,7 @@ class _Textures:
             file = Path(folder) / f"image{suffix}"
             file.write_bytes(self._glb.view(image["bufferView"]))
             try:
-                return read_texture(file)
+                return read_texture(file, into)
             except FaceZipError as error:
                 raise FaceZipError(error.code, f"{self._path}: image {index}{str(error)[len(str(file)) :]}") from None
 
@@ -161,9 +160,10 @@ def _character(path: Path, mesh: ScannedMesh, textures: _Textures) -> Character:
         raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: its mesh has no base colour texture; give it one")
     unfolded = (len(mesh.names) + 1) * neutral.nbytes
     check_expansion(path, unfolded, textures.stored_bytes(mesh.names), SPARE)
-    stack: Texels = np.empty((len(mesh.names), *neutral.shape), neutral.dtype)
+    scratch.check(unfolded // len(neutral), _held(path))
+    stack: Texels = scratch.empty((len(mesh.names), *neutral.shape), neutral.dtype)
     for n, name in enumerate(track(mesh.names, "Reading the character", len(mesh.names))):
-        texture = textures.find(name)
+        texture = textures.find(name, stack[n])
         if texture is None:
             raise FaceZipError(
                 ErrorCode.BAD_CHARACTER,
@@ -176,12 +176,16 @@ def _character(path: Path, mesh: ScannedMesh, textures: _Textures) -> Character:
                 f"{path}: the texture of '{name}' is {kind_of(texture)}, the neutral is {kind_of(neutral)}; "
                 "export both alike",
             )
-        stack[n] = texture
     mask = textures.find(MASK)
     region = None if mask is None else mask_of(mask, neutral, path)
     return Character(
         printable(path.stem), mesh.topology, mesh.names, mesh.neutral, mesh.vertices, neutral, stack, region
     )
+
+
+def _held(path: Path) -> int:
+    """Bytes that reading takes besides textures: of the file, its chunks, and an image of it."""
+    return 3 * path.stat().st_size
 
 
 def _check_extensions(glb: Glb) -> None:
@@ -201,12 +205,3 @@ def _variant_materials(glb: Glb, primitive: Mapping[str, Any]) -> dict[str, Any]
         for index in mapping["variants"]
         if type(index) is int and 0 <= index < len(variants)
     }
-
-
-def _png(texels: NDArray[Any]) -> bytes:
-    if texels.dtype.kind == "f":
-        texels = np.rint(np.clip(texels, 0, 1) * 65535).astype(np.uint16)
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "image.png"
-        write_texture(file, texels)
-        return file.read_bytes()

@@ -199,8 +199,8 @@ def _version(folder: Path, versions: Versions[Kind], stated: Any) -> Any:
     if stated in versions:
         return versions[stated]
     if stated == LAYERED:
-        reason = "holds several maps or tiles; compress, decompress, info, verify and validate take it, this takes one"
-        raise FaceZipError(ErrorCode.OTHER_FORMAT, f"{folder}: {reason} albedo on one tile")
+        reason = "holds several maps or tiles; decompress, info, verify, validate and export to engines take it, this"
+        raise FaceZipError(ErrorCode.OTHER_FORMAT, f"{folder}: {reason} takes one albedo on one tile")
     raise FaceZipError(
         ErrorCode.OTHER_FORMAT,
         f"{folder}: its format is '{stated}', this program reads '{FORMAT}' and '{LAYERED}'; update facezip",

@@ -1,6 +1,8 @@
 """How far reconstructed textures are from the originals."""
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -9,9 +11,11 @@ from numpy.typing import NDArray
 from facezip.character import Character
 from facezip.fragments import texel_scale
 from facezip.model import CompressedTextures, bilinear_taps
+from facezip.pack import read_stored, verify_pack
 from facezip.progress import track
-from facezip.rows import map_rows, sum_rows
-from facezip.runs import RUN, expand_row, mix_rows
+from facezip.quantise import ZERO
+from facezip.rows import by_rows, map_rows, sum_rows
+from facezip.runs import RUN, expand_row, mix_rows, read_run
 from facezip.samples import samples_of
 
 
@@ -23,23 +27,50 @@ def texture_errors(character: Character, texture: Callable[[str], NDArray[np.flo
     character : the originals.
     texture : gives the other side, ``(H, W, C)`` float32 in [0, 1], for an expression's name.
     """
-    weight = np.ones(character.resolution, np.float32) if character.mask is None else character.mask
+    weight = character.weight
     names = track(character.expressions, "Measuring textures", len(character.expressions))
     return {name: _rmse(character, name, texture(name), weight) for name in names}
 
 
 def model_errors(character: Character, model: CompressedTextures) -> dict[str, float]:
     """:func:`texture_errors` of ``model.reconstruct``, of all expressions in one pass without any whole texture."""
+    one = np.float32(1)
+    steps = np.ones((len(model.differences), model.neutral.shape[2]), np.float32)
+    values = model.neutral, one, model.differences, np.float32(0), steps
+    return _errors(character, values, model.weights, model.expressions)
+
+
+def pack_errors(character: Character, path: str | Path) -> dict[str, float]:
+    """:func:`model_errors` of a pack, which is verified first; its difference textures stay the bytes that they are.
+
+    Raises
+    ------
+    FaceZipError
+        What :func:`facezip.pack.read_pack` raises.
+    """
+    manifest = verify_pack(Path(path))
+    maps, _ = read_stored(Path(path), manifest)
+    unit = np.float32(1 / np.iinfo(str(maps.neutral.dtype)).max)
+    values = maps.neutral, unit, maps.differences, np.float32(ZERO), maps.difference_scale / np.float32(255)
+    return _errors(character, values, maps.weight_values, manifest.expressions)
+
+
+def _errors(
+    character: Character, values: tuple[Any, ...], weights: NDArray[np.float32], expressions: tuple[str, ...]
+) -> dict[str, float]:
     names = character.expressions
-    weights = model.weights[[model.expressions.index(name) for name in names]]
-    rows = np.ascontiguousarray(weights.transpose(1, 3, 0, 2))
+    chosen = [expressions.index(name) for name in names]
+    weights = weights.transpose(1, 3, 0, 2)
+    h, slots, _, w = weights.shape
+    rows = by_rows(lambda some: weights[some][:, :, chosen], (h, slots, len(chosen), w), np.float32)
     height, width = character.resolution
     taps = *bilinear_taps(height, rows.shape[0]), *bilinear_taps(width, rows.shape[3])
     samples = samples_of(character)
-    stored = samples.textures, samples.scale, samples.importance, model.neutral, model.differences, rows
+    stored = samples.textures, samples.neutral, samples.scale, samples.importance, *values, rows
 
     total = sum_rows(lambda top, bottom: _squared_errors(top, bottom, *stored, *taps), height)
-    texels = samples.importance.sum(dtype=np.float64) * model.neutral.shape[2]
+    counts = map_rows(lambda top, bottom: samples.importance[top:bottom].sum(dtype=np.float64), height)
+    texels = np.sum(counts) * samples.neutral.shape[2]
     return dict(zip(names, (255 * np.sqrt(total / texels)).tolist(), strict=True))
 
 
@@ -82,10 +113,14 @@ def _squared_errors(
     top: int,
     bottom: int,
     textures: NDArray[np.uint8],
+    base: NDArray[np.uint8],
     scale: np.float32,
     importance: NDArray[np.float32],
-    neutral: NDArray[np.float32],
-    differences: NDArray[np.float32],
+    neutral: NDArray[Any],
+    unit: np.float32,
+    differences: NDArray[Any],
+    zero: np.float32,
+    steps: NDArray[np.float32],
     weights: NDArray[np.float32],
     row0: NDArray[np.int64],
     row1: NDArray[np.int64],
@@ -99,7 +134,9 @@ def _squared_errors(
     upper = np.empty((slots, count, RUN), np.float32)
     lower = np.empty((slots, count, RUN), np.float32)
     weight = np.empty((slots, count, RUN), np.float32)
-    value = np.empty(RUN, np.float32)
+    original = np.empty((channels, count, RUN), np.float32)
+    offsets = np.empty((slots, RUN), np.float32)
+    before, start, value = np.empty(RUN, np.float32), np.empty(RUN, np.float32), np.empty(RUN, np.float32)
     total = np.zeros(count)
     for left in range(0, width, RUN):
         run = min(RUN, width - left)
@@ -108,42 +145,51 @@ def _squared_errors(
                 expand_row(weights[row0[y]], column0, column1, column_f, left, run, upper)
                 expand_row(weights[row1[y]], column0, column1, column_f, left, run, lower)
             mix_rows(upper, lower, row_f[y], run, weight)
+            read_run(textures, base, scale, y, left, run, original)
             counts = importance[y, left : left + run]
             for c in range(channels):
-                start = neutral[y, left : left + run, c].copy()
-                offsets = differences[:, y, left : left + run, c].copy()
+                for x in range(run):
+                    before[x] = scale * np.float32(base[y, left + x, c])
+                    start[x] = unit * np.float32(neutral[y, left + x, c])
+                for i in range(slots):
+                    for x in range(run):
+                        offsets[i, x] = steps[i, c] * (np.float32(differences[i, y, left + x, c]) - zero)
                 for n in range(count):
-                    if slots == 4:
-                        _sum_of_four(start, offsets, weight[:, n], run, value)
-                    else:
-                        value[:run] = start
-                        for i in range(slots):
-                            _add(offsets[i], weight[i, n], run, value)
-                    total[n] += _squared_gap(textures[n, y, left : left + run, c].copy(), scale, value, counts)
+                    _add(start, offsets, weight, n, run, value)
+                    total[n] += _squared_gap(original[c, n], before, value, counts)
     return total
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def _add(a: NDArray[np.float32], b: NDArray[np.float32], run: int, out: NDArray[np.float32]) -> None:
-    for x in range(run):
-        out[x] += a[x] * b[x]
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def _sum_of_four(
-    start: NDArray[np.float32], a: NDArray[np.float32], b: NDArray[np.float32], run: int, out: NDArray[np.float32]
+def _add(
+    start: NDArray[np.float32],
+    offsets: NDArray[np.float32],
+    weight: NDArray[np.float32],
+    n: int,
+    run: int,
+    out: NDArray[np.float32],
 ) -> None:
-    a0, a1, a2, a3, b0, b1, b2, b3 = a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3]
+    """Equation (1) of a run, two difference textures at a time."""
+    slots = len(offsets)
     for x in range(run):
-        out[x] = start[x] + a0[x] * b0[x] + a1[x] * b1[x] + a2[x] * b2[x] + a3[x] * b3[x]
+        out[x] = start[x]
+    for i in range(0, slots - 1, 2):
+        for x in range(run):
+            out[x] += offsets[i, x] * weight[i, n, x] + offsets[i + 1, x] * weight[i + 1, n, x]
+    if slots % 2:
+        for x in range(run):
+            out[x] += offsets[slots - 1, x] * weight[slots - 1, n, x]
 
 
 @njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
 def _squared_gap(
-    original: NDArray[np.uint8], scale: np.float32, value: NDArray[np.float32], importance: NDArray[np.float32]
+    original: NDArray[np.float32],
+    before: NDArray[np.float32],
+    value: NDArray[np.float32],
+    importance: NDArray[np.float32],
 ) -> np.float32:
     total = np.float32(0)
-    for x in range(len(original)):
-        gap = scale * np.float32(original[x]) - min(max(value[x], np.float32(0)), np.float32(1))
+    for x in range(len(importance)):
+        gap = original[x] + before[x] - min(max(value[x], np.float32(0)), np.float32(1))
         total += importance[x] * gap * gap
     return total

@@ -8,6 +8,7 @@ masks and principal components; the refined weight maps of a tile are its own. O
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from facezip.model import CompressedTextures, Meshes
 from facezip.paircosts import pair_costs
 from facezip.ranges import MAX_DIFFERENCES
 from facezip.refine import as_stored, fit_weights, fitted
+from facezip.rows import by_rows
 from facezip.samples import BESIDE_THE_FACE, Samples, samples_of, thinned
 from facezip.stitching import Stitching, search, unpermuted
 from facezip.surface.neutrals import as_packed
@@ -136,7 +138,10 @@ def _weighted(
     part: Character, weight: float, importance: NDArray[np.float32] | None = None, beside: float = 0
 ) -> Samples:
     samples = samples_of(part, importance, beside)
-    return samples if weight == 1 else replace(samples, importance=samples.importance * np.float32(weight))
+    if weight == 1:
+        return samples
+    before, factor = samples.importance, np.float32(weight)
+    return replace(samples, importance=by_rows(lambda rows: before[rows] * factor, before.shape, np.float32))
 
 
 def _refined(surface: Surface, settings: Settings, weights: Mapping[str, float]) -> Parts:
@@ -216,3 +221,18 @@ METHODS: dict[str, Callable[[Surface, Settings, Mapping[str, float]], Parts]] = 
     "paper-unpermuted": _paper_unpermuted,
     "pca": _pca,
 }
+
+_OF_THE_PAPER = ("differences", "weight_scale", "masks", "seed")
+# What a method takes notice of, besides an importance.
+USED: dict[str, tuple[str, ...]] = {
+    "refined": ("differences", "weight_scale"),
+    "paper": (*_OF_THE_PAPER, "restarts"),
+    "paper-optimised": _OF_THE_PAPER,
+    "paper-unpermuted": _OF_THE_PAPER,
+    "pca": ("differences",),
+}
+
+
+def made_with(method: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """The method, and those of the settings that it uses: what a pack states of how it was made."""
+    return {"method": method, **{name: value for name, value in settings.items() if name in USED[method]}}

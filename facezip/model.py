@@ -1,15 +1,16 @@
 """The compressed textures in memory: equation (1) for one expression, (8) and (12) for any blend."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.footprint import Footprint
 from facezip.meshes import Topology
+from facezip.rows import by_rows
 
 # Blendshape weights lie within 0 and 1, and somewhat beyond where an animator exaggerates.
 MAX_BLEND = 1000
@@ -76,10 +77,14 @@ class CompressedTextures:
         FaceZipError
             ``UNKNOWN_NAME`` for a name that is no expression, ``BAD_VALUE`` for a weight outside ±1000.
         """
+        return by_rows(self.rows_of(weights), self.neutral.shape, np.float32)
+
+    def rows_of(self, weights: Mapping[str, float]) -> Callable[[slice], NDArray[np.float32]]:
+        """As :meth:`blend`, but only those rows that are asked for, so that no whole texture need be held."""
         combined = np.zeros(self.weights.shape[1:], np.float32)
         for name, weight in weights.items():
             combined += np.float32(self._checked(name, weight)) * self.weights[self.expressions.index(name)]
-        return blend_differences(self.neutral, self.differences, combined)
+        return blended_rows(self.neutral, self.differences, combined)
 
     def _checked(self, name: str, weight: float) -> float:
         if name not in self.expressions:
@@ -107,15 +112,28 @@ def blend_differences(
     neutral: NDArray[np.float32], differences: NDArray[np.float32], weights: NDArray[np.float32]
 ) -> NDArray[np.float32]:
     """Equation (1) with one weight map ``(h, w, R)``: ``(H, W, C)`` float32 clipped to [0, 1]."""
-    height, width, _ = neutral.shape
-    out = np.empty_like(neutral)
-    rows, columns = bilinear_taps(height, weights.shape[0]), bilinear_taps(width, weights.shape[1])
-    _blend(neutral, differences, np.ascontiguousarray(weights), *rows, *columns, out)
-    return out
+    return by_rows(blended_rows(neutral, differences, weights), neutral.shape, np.float32)
 
 
-@njit(cache=True, parallel=True, nogil=True)
+def blended_rows(
+    neutral: NDArray[np.float32], differences: NDArray[np.float32], weights: NDArray[np.float32]
+) -> Callable[[slice], NDArray[np.float32]]:
+    """Some rows of :func:`blend_differences`, whichever are asked for."""
+    height, width, channels = neutral.shape
+    taps = *bilinear_taps(height, weights.shape[0]), *bilinear_taps(width, weights.shape[1])
+    stored = neutral, differences, np.ascontiguousarray(weights)
+
+    def blended(rows: slice) -> NDArray[np.float32]:
+        out = np.empty((rows.stop - rows.start, width, channels), np.float32)
+        _blend(rows.start, *stored, *taps, out)
+        return out
+
+    return blended
+
+
+@njit(cache=True, nogil=True)
 def _blend(
+    first: int,
     neutral: NDArray[np.float32],
     differences: NDArray[np.float32],
     weights: NDArray[np.float32],
@@ -127,18 +145,18 @@ def _blend(
     column_f: NDArray[np.float32],
     out: NDArray[np.float32],
 ) -> None:
-    slots, height, width, channels = differences.shape
-    for y in prange(height):
+    slots, _, width, channels = differences.shape
+    for y in range(first, first + len(out)):
         top, bottom, fy = weights[row0[y]], weights[row1[y]], row_f[y]
         for x in range(width):
             a, b, fx = column0[x], column1[x], column_f[x]
             for c in range(channels):
-                out[y, x, c] = neutral[y, x, c]
+                out[y - first, x, c] = neutral[y, x, c]
             for i in range(slots):
                 upper = top[a, i] + fx * (top[b, i] - top[a, i])
                 lower = bottom[a, i] + fx * (bottom[b, i] - bottom[a, i])
                 weight = upper + fy * (lower - upper)
                 for c in range(channels):
-                    out[y, x, c] += weight * differences[i, y, x, c]
+                    out[y - first, x, c] += weight * differences[i, y, x, c]
             for c in range(channels):
-                out[y, x, c] = min(max(out[y, x, c], np.float32(0)), np.float32(1))
+                out[y - first, x, c] = min(max(out[y - first, x, c], np.float32(0)), np.float32(1))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip import manifest as manifests
+from facezip import scratch
 from facezip.character import check_names
 from facezip.cores import cores
 from facezip.errors import ErrorCode, FaceZipError
@@ -105,16 +106,23 @@ def read_stored(folder: Path, manifest: Manifest) -> tuple[QuantisedMaps, Meshes
 
 
 def _read_maps(folder: Path, manifest: Manifest) -> QuantisedMaps:
-    with ThreadPoolExecutor(cores()) as pool:
-        differences = list(pool.map(lambda file: _image(folder, file, manifest, "uint8"), difference_files(manifest)))
+    shape, files = (*manifest.size, manifest.channels), difference_files(manifest)
     return QuantisedMaps(
-        neutral=_image(folder, NEUTRAL_FILE, manifest, f"uint{manifest.neutral_bits}"),
-        differences=np.stack(differences),
+        neutral=checked_image(folder, NEUTRAL_FILE, shape, f"uint{manifest.neutral_bits}"),
+        differences=stacked_images(folder, files, shape),
         difference_scale=np.array(manifest.difference_scale, np.float32),
         weights=_read_weights(folder, manifest),
         weight_scale=np.array(manifest.weight_scale, np.float32),
         weight_offset=np.array(manifest.weight_offset, np.float32),
     )
+
+
+def stacked_images(folder: Path, files: list[str], shape: tuple[int, ...]) -> NDArray[np.uint8]:
+    """8-bit images of one ``shape``, one after the other; raises as :func:`checked_image`."""
+    images: NDArray[np.uint8] = scratch.empty((len(files), *shape), np.uint8)
+    with ThreadPoolExecutor(cores()) as pool:
+        list(pool.map(lambda i: checked_image(folder, files[i], shape, "uint8", images[i]), range(len(files))))
+    return images
 
 
 @contextmanager
@@ -174,20 +182,29 @@ def _write_maps(maps: QuantisedMaps, folder: Path) -> int:
     columns = 1 if maps.uniform else int(np.ceil(np.sqrt(len(maps.weights))))
     if not maps.uniform:
         for first in range(0, maps.weights.shape[3], SLOTS_PER_LAYER):
-            slots = maps.weights[..., first : first + SLOTS_PER_LAYER].astype(np.uint8)
+            slots = maps.weights[..., first : first + SLOTS_PER_LAYER]
             images[f"weights_{first // SLOTS_PER_LAYER}.png" if first else "weights.png"] = atlas(slots, columns)
     with ThreadPoolExecutor(cores()) as pool:
         list(pool.map(lambda file: write_texture(folder / file, images[file]), images))
     return columns
 
 
-def atlas(slots: NDArray[np.uint8], columns: int) -> NDArray[np.uint8]:
+def atlas(slots: NDArray[Any], columns: int) -> NDArray[np.uint8]:
     """``(N, h, w, ≤4)`` weight maps as one RGBA image, in expression order, row by row."""
     n, h, w, used = slots.shape
-    rows = -(-n // columns)
-    padded = np.zeros((rows * columns, h, w, SLOTS_PER_LAYER), np.uint8)
-    padded[:n, ..., :used] = slots
-    return padded.reshape(rows, columns, h, w, -1).swapaxes(1, 2).reshape(rows * h, columns * w, -1)
+    image: NDArray[np.uint8] = scratch.zeros((-(-n // columns) * h, columns * w, SLOTS_PER_LAYER), np.uint8)
+    for place, slot in zip(_places(n, (h, w), columns), slots, strict=True):
+        image[(*place, slice(used))] = slot
+        scratch.ease()
+    return image
+
+
+def _places(count: int, size: tuple[int, int], columns: int) -> Iterator[tuple[slice, slice]]:
+    """The rows and columns of each weight map in an atlas."""
+    h, w = size
+    for n in range(count):
+        row, column = divmod(n, columns)
+        yield slice(row * h, (row + 1) * h), slice(column * w, (column + 1) * w)
 
 
 def _read_weights(folder: Path, manifest: Manifest) -> NDArray[np.uint8] | NDArray[np.float32]:
@@ -201,8 +218,11 @@ def from_atlas(layers: list[Texels], size: tuple[int, int], count: int, slots: i
     """Weight maps ``(N, h, w, R)`` out of the atlas images of every four slots; inverse of :func:`atlas`."""
     h, w = size
     columns = layers[0].shape[1] // w
-    stacked = [layer.reshape(-1, h, columns, w, 4).swapaxes(1, 2).reshape(-1, h, w, 4)[:count] for layer in layers]
-    return np.concatenate(stacked, axis=3)[..., :slots].astype(np.uint8)
+    weights: NDArray[np.uint8] = scratch.empty((count, h, w, slots), np.uint8)
+    for n, place in enumerate(_places(count, size, columns)):
+        weights[n] = np.concatenate([layer[place] for layer in layers], axis=2)[..., :slots]
+        scratch.ease()
+    return weights
 
 
 def write_meshes(meshes: Meshes | None, folder: Path) -> None:
@@ -224,13 +244,9 @@ def read_meshes(folder: Path, manifest: "AnyManifest") -> Meshes | None:
     return Meshes(topology, neutral, deltas.astype(np.float32).reshape(-1, len(neutral), 3))
 
 
-def _image(folder: Path, file: str, manifest: Manifest, dtype: str) -> Texels:
-    return checked_image(folder, file, (*manifest.size, manifest.channels), dtype)
-
-
-def checked_image(folder: Path, file: str, shape: tuple[int, ...], dtype: str) -> Texels:
-    """An image of the shape and type that a manifest states, or ``BAD_PACK``."""
-    texels = read_texture_exactly(folder / file, shape)
+def checked_image(folder: Path, file: str, shape: tuple[int, ...], dtype: str, into: Texels | None = None) -> Texels:
+    """An image of the shape and type that a manifest states, in ``into`` if that is given; or ``BAD_PACK``."""
+    texels = read_texture_exactly(folder / file, shape, into)
     if texels.dtype != dtype:
         raise bad_pack(folder, f"'{file}' holds {texels.dtype}, not {dtype}")
     return texels

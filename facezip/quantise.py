@@ -1,13 +1,15 @@
 """From float maps to the bytes that a pack stores and a GPU samples, and back."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from facezip import scratch
 from facezip.model import CompressedTextures, Meshes
-from facezip.rows import map_rows, sum_rows
+from facezip.rows import by_rows, map_rows, sum_rows
 from facezip.textures import Texels, to_float
 
 # Zero is this byte exactly, so that texels which no expression changes stay untouched.
@@ -43,6 +45,13 @@ class QuantisedMaps:
         """Whether every weight map is a single number (PCA)."""
         return self.weights.shape[1:3] == (1, 1)
 
+    @property
+    def weight_values(self) -> NDArray[np.float32]:
+        """``(N, h, w, R)`` float32, as a shader sees them."""
+        if self.uniform:
+            return self.weights.astype(np.float32)
+        return _weight_values(self.weights, self.weight_scale, self.weight_offset)
+
 
 def quantise(model: CompressedTextures, neutral_bits: int = 8) -> QuantisedMaps:
     """Round a model to 8 bits a channel (the neutral to 8 or 16), each range stretched to use them fully."""
@@ -51,7 +60,8 @@ def quantise(model: CompressedTextures, neutral_bits: int = 8) -> QuantisedMaps:
         ranges = _largest(model.differences)
     difference_scale = ranges * np.float32(255 / STEPS)
     # Kernels read rows as they lie.
-    values, differences = np.ascontiguousarray(model.differences), np.empty(model.differences.shape, np.uint8)
+    values = np.require(model.differences, requirements="C")
+    differences: NDArray[np.uint8] = scratch.empty(values.shape, np.uint8)
     map_rows(lambda top, bottom: _round_differences(top, bottom, values, ranges, differences), len(differences[0]))
     return QuantisedMaps(
         _quantise_neutral(model.neutral, neutral_bits), differences, difference_scale, *_weights(model)
@@ -63,20 +73,24 @@ def dequantise(
 ) -> CompressedTextures:
     """The model that a reader of the stored maps sees; inverse of :func:`quantise` up to rounding."""
     steps = maps.difference_scale / np.float32(255)
-    stored, differences = np.ascontiguousarray(maps.differences), np.empty(maps.differences.shape, np.float32)
+    stored = np.require(maps.differences, requirements="C")
+    differences: NDArray[np.float32] = scratch.empty(stored.shape, np.float32)
     map_rows(lambda top, bottom: _difference_values(top, bottom, stored, steps, differences), len(differences[0]))
-    weights = maps.weights.astype(np.float32)
-    if not maps.uniform:
-        weights = weights * (maps.weight_scale / np.float32(255)) + maps.weight_offset
-    return CompressedTextures(to_float(maps.neutral), differences, weights, expressions, method, meshes)
+    return CompressedTextures(to_float(maps.neutral), differences, maps.weight_values, expressions, method, meshes)
 
 
 def rounded_weights(weights: NDArray[np.float32]) -> NDArray[np.float32]:
     """Weight maps ``(N, h, w, R)`` as a pack gives them back, so that textures can be fitted to what is stored."""
     if weights.shape[1:3] == (1, 1):
         return weights
-    stored, scale, offset = _round_weights(weights)
-    return stored * (scale / np.float32(255)) + offset
+    return _weight_values(*_round_weights(weights))
+
+
+def _weight_values(
+    stored: NDArray[Any], scale: NDArray[np.float32], offset: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    step = scale / np.float32(255)
+    return by_rows(lambda rows: stored[:, rows] * step + offset, stored.shape, np.float32, axis=1)
 
 
 def best_ranges(differences: NDArray[np.float32], importance: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -160,10 +174,8 @@ def _largest(differences: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _quantise_neutral(neutral: NDArray[np.float32], bits: int) -> Texels:
-    if bits == 16:
-        wide: NDArray[np.uint16] = np.rint(neutral * np.float32(65535)).astype(np.uint16)
-        return wide
-    return _round(neutral)
+    dtype, most = (np.uint16, np.float32(65535)) if bits == 16 else (np.uint8, np.float32(255))
+    return by_rows(lambda rows: np.rint(neutral[rows] * most).astype(dtype), neutral.shape, dtype)
 
 
 def _weights(
@@ -178,16 +190,17 @@ def _weights(
 def _round_weights(
     weights: NDArray[np.float32],
 ) -> tuple[NDArray[np.uint8], NDArray[np.float32], NDArray[np.float32]]:
-    offset = weights.min(axis=(0, 1, 2))
-    scale = weights.max(axis=(0, 1, 2)) - offset
-    return _round(_divide(weights - offset, scale)), scale, offset
+    def extent(top: int, bottom: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        part = weights[:, top:bottom]
+        return part.min(axis=(0, 1, 2)), part.max(axis=(0, 1, 2))
 
+    parts = map_rows(extent, weights.shape[1])
+    offset: NDArray[np.float32] = np.min([low for low, _ in parts], axis=0)
+    scale: NDArray[np.float32] = np.max([high for _, high in parts], axis=0) - offset
+    # Where the range is empty the values are zero and stay so.
+    divisor = np.where(scale > 0, scale, np.float32(1))
 
-def _round(values: NDArray[np.float32]) -> NDArray[np.uint8]:
-    rounded: NDArray[np.uint8] = np.rint(values * np.float32(255)).astype(np.uint8)
-    return rounded
+    def rounded(rows: slice) -> NDArray[np.uint8]:
+        return np.rint((weights[:, rows] - offset) / divisor * np.float32(255)).astype(np.uint8)
 
-
-def _divide(values: NDArray[np.float32], scale: NDArray[np.float32]) -> NDArray[np.float32]:
-    """``values / scale``; where the range is empty the values are zero and stay so."""
-    return np.divide(values, np.where(scale > 0, scale, 1), dtype=np.float32)
+    return by_rows(rounded, weights.shape, np.uint8, axis=1), scale, offset

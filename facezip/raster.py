@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from facezip.meshes import Topology
+from facezip.rows import by_rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,16 +50,29 @@ def rasterise(topology: Topology, resolution: tuple[int, int]) -> Raster:
 
     Where triangles overlap the last one wins.
     """
+    return Raster(topology.faces, *_rows(topology, resolution, slice(0, resolution[0])))
+
+
+def covered(topology: Topology, resolution: tuple[int, int]) -> NDArray[np.bool_]:
+    """:attr:`Raster.covered` without the rest of a raster, which takes sixteen times as much."""
+    return by_rows(lambda rows: _rows(topology, resolution, rows)[0] >= 0, resolution, np.bool_)
+
+
+def _rows(
+    topology: Topology, resolution: tuple[int, int], rows: slice
+) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
+    """Some rows of a raster's ``face`` and ``barycentric``."""
     height, width = resolution
-    face = np.full((height, width), -1, np.int32)
-    barycentric = np.zeros((height, width, 3), np.float32)
+    face = np.full((rows.stop - rows.start, width), -1, np.int32)
+    barycentric = np.zeros((*face.shape, 3), np.float32)
     pixels = topology.uv.astype(np.float64) * [width, -height] + [-0.5, height - 0.5]
-    _rasterise(pixels, topology.face_uv, face, barycentric)
-    return Raster(topology.faces, face, barycentric)
+    _rasterise(rows.start, pixels, topology.face_uv, face, barycentric)
+    return face, barycentric
 
 
 @njit(cache=True, nogil=True)
 def _rasterise(
+    top: int,
     pixels: NDArray[np.float64],
     face_uv: NDArray[np.int32],
     face: NDArray[np.int32],
@@ -73,12 +87,13 @@ def _rasterise(
         area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
         if area == 0:
             continue
-        for y in range(max(0, int(np.ceil(min(ay, by, cy)))), min(height - 1, int(np.floor(max(ay, by, cy)))) + 1):
+        upper, lower = int(np.ceil(min(ay, by, cy))), int(np.floor(max(ay, by, cy)))
+        for y in range(max(top, upper), min(top + height - 1, lower) + 1):
             for x in range(max(0, int(np.ceil(min(ax, bx, cx)))), min(width - 1, int(np.floor(max(ax, bx, cx)))) + 1):
                 u = ((x - ax) * (cy - ay) - (y - ay) * (cx - ax)) / area
                 v = ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / area
                 if u >= -slack and v >= -slack and u + v <= 1 + slack:
-                    face[y, x] = f
-                    barycentric[y, x, 0] = 1 - u - v
-                    barycentric[y, x, 1] = u
-                    barycentric[y, x, 2] = v
+                    face[y - top, x] = f
+                    barycentric[y - top, x, 0] = 1 - u - v
+                    barycentric[y - top, x, 1] = u
+                    barycentric[y - top, x, 2] = v

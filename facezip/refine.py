@@ -8,37 +8,42 @@ At the end the weights are rounded to what a pack stores, and the textures fitte
 """
 
 from collections.abc import Sequence
+from functools import partial
+from math import isqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facezip.baselines import principal_weights
 from facezip.character import Character
-from facezip.model import CompressedTextures
+from facezip.model import CompressedTextures, bilinear_taps
 from facezip.progress import track
 from facezip.quantise import STEPS, best_ranges, rounded_weights
-from facezip.rows import map_rows
+from facezip.rows import by_rows, map_rows
 from facezip.samples import Samples, thinned
 from facezip.sweep import solve_textures, weight_system
 from facezip.weights import SMOOTHNESS, WeightSystem, solve_weights
 
 # Many texels tell the weights in few alternations: that many texels are visited, in 4 to 16 alternations.
 TEXELS_VISITED = 2**24
-# Of more texels a quarter tells the ranges of difference textures.
+# The gauge in which a fit starts changes slowly: one is found for so many weight texels each way.
+GAUGE = 4
+# So many texels, or a sixteenth of all, tell the ranges of difference textures.
 MANY_TEXELS = 2**20
-# How much of its last change a new iterate repeats; far fewer alternations reach the same error.
-MOMENTUM = 0.8
 
 
 def as_stored(weights: NDArray[np.float32]) -> NDArray[np.float32]:
     """Weight maps ``(h, R, N, w)`` as a pack gives them back, ``(N, h, w, R)``."""
-    return rounded_weights(np.ascontiguousarray(weights.transpose(2, 0, 3, 1)))
+    turned = weights.transpose(2, 0, 3, 1)
+    return rounded_weights(by_rows(lambda rows: turned[:, rows], turned.shape, np.float32, axis=1))
 
 
 def fitted(character: Character, samples: Samples, stored: NDArray[np.float32]) -> CompressedTextures:
     """The difference textures, rounded to what a pack stores, that fit best to stored weight maps ``(N, h, w, R)``."""
-    weights = np.ascontiguousarray(stored.transpose(1, 3, 0, 2))
-    some = thinned(samples, 2) if samples.importance.size > MANY_TEXELS else samples
+    turned = stored.transpose(1, 3, 0, 2)
+    weights = by_rows(lambda rows: turned[rows], turned.shape, np.float32)
+    step = min(isqrt(samples.importance.size // MANY_TEXELS), 4)
+    some = thinned(samples, step) if step > 1 else samples
     ranges = best_ranges(solve_textures(some, weights), some.importance)
     return CompressedTextures(
         neutral=character.texture("neutral"),
@@ -72,17 +77,20 @@ def fit_weights(
     few = [thinned(samples, weight_scale // 2) for samples in maps]
     grid = -(-height // weight_scale), -(-width // weight_scale)
     weights = before = balanced_start(few, principal_weights(few, slots) if components is None else components, grid)
-    unit, best = 0.0, -np.inf
+    unit, best, age = 0.0, -np.inf, 0
     count = min(max(TEXELS_VISITED // (height * width), 4), 16)
     for _ in track(range(count), "Refining", count):
-        ahead = _extrapolated(weights, before)
+        # Nesterov's momentum: far fewer alternations reach the same error.
+        ahead = _extrapolated(weights, before, age / (age + 2))
+        age += 1
         system = joint_system(maps, ahead)
         unit = unit or system.mean_diagonal
+        system.regularise(unit, smoothness)
         before = weights
-        weights, explained = solve_weights(system.regularised(unit, smoothness), ahead)
+        weights, explained = solve_weights(system, ahead)
         if explained < best:
             # Momentum went past the goal: forget it.
-            before = weights
+            before, age = weights, 0
         best = explained
     return weights
 
@@ -95,9 +103,13 @@ def joint_system(
         weight_system(samples, weights, textures[k] if textures else None) for k, samples in enumerate(maps)
     )
     for other in others:
-        total.matrix[:] += other.matrix
-        total.right[:] += other.right
+        map_rows(partial(_add, total, other), len(total.right))
     return total
+
+
+def _add(total: WeightSystem, other: WeightSystem, top: int, bottom: int) -> None:
+    total.matrix[top:bottom] += other.matrix[top:bottom]
+    total.right[top:bottom] += other.right[top:bottom]
 
 
 def balanced_start(
@@ -109,26 +121,54 @@ def balanced_start(
     large values where the other is small, so that both use the few steps of 8 bits well. The fit stays near it.
     """
     count, slots = components.shape
-    uniform = np.empty((grid[0], slots, count, grid[1]), np.float32)
-    uniform[:] = components.T[None, :, :, None]
-    ones = [np.ones((slots, *samples.neutral.shape), np.float32) for samples in maps]
-    energy = joint_system(maps, uniform).matrix[:, :, :, 4].transpose(0, 3, 1, 2)
-    texels = joint_system(maps, uniform, ones).matrix[:, 0, 0, 4]
-    energy = energy / np.maximum(texels, 1e-3 * texels.max())[:, :, None, None]
-    floor = 1e-3 * np.trace(energy, axis1=2, axis2=3).mean() / slots
-    values, vectors = np.linalg.eigh(energy.astype(np.float64))
-    root = np.power(np.maximum(values, 0) + max(floor, 1e-30), 0.25)
-    gauge = (vectors * root[:, :, None, :]) @ vectors.swapaxes(2, 3)
-    weights: NDArray[np.float32] = np.einsum("hwij,hjnw->hinw", gauge.astype(np.float32), uniform)
-    return np.ascontiguousarray(weights)
+    coarse = -(-grid[0] // GAUGE), -(-grid[1] // GAUGE)
+    shape, row = (coarse[0], slots, count, coarse[1]), components.T[None, :, :, None]
+    uniform = by_rows(lambda rows: row, shape, np.float32)
+    energies = joint_system(maps, uniform).matrix
+    # How much the texels about each place count: the diagonal of one texture of ones.
+    texels = joint_system(maps, uniform[:, :1], [_ones(samples) for samples in maps]).matrix[:, 0, 0, 4]
+    floored = np.maximum(texels, 1e-3 * texels.max())
+
+    def energy(rows: slice) -> NDArray[np.float32]:
+        here: NDArray[np.float32] = energies[rows, :, :, 4].transpose(0, 3, 1, 2) / floored[rows, :, None, None]
+        return here
+
+    traces = by_rows(lambda rows: np.trace(energy(rows), axis1=2, axis2=3), coarse, np.float32)
+    floor = max(1e-3 * traces.mean() / slots, 1e-30)
+
+    def balanced(rows: slice) -> NDArray[np.float32]:
+        values, vectors = np.linalg.eigh(energy(rows).astype(np.float64))
+        root = np.power(np.maximum(values, 0) + floor, 0.25)
+        gauge = (vectors * root[:, :, None, :]) @ vectors.swapaxes(2, 3)
+        mixed: NDArray[np.float32] = np.einsum("hwij,hjnw->hinw", gauge.astype(np.float32), uniform[rows])
+        return mixed
+
+    return _resampled(by_rows(balanced, shape, np.float32), grid)
 
 
-def _extrapolated(weights: NDArray[np.float32], before: NDArray[np.float32]) -> NDArray[np.float32]:
-    ahead = np.empty_like(weights)
+def _resampled(weights: NDArray[np.float32], grid: tuple[int, int]) -> NDArray[np.float32]:
+    """Weights ``(h, R, N, w)`` on another grid, by bilinear sampling."""
+    h, slots, count, w = weights.shape
+    above, below, down = bilinear_taps(grid[0], h)
+    left, right, across = bilinear_taps(grid[1], w)
 
-    def rows(top: int, bottom: int) -> None:
-        here = weights[top:bottom]
-        ahead[top:bottom] = here + np.float32(MOMENTUM) * (here - before[top:bottom])
+    def sampled(rows: slice) -> NDArray[np.float32]:
+        upper, share = weights[above[rows]], down[rows, None, None, None]
+        mixed = upper + share * (weights[below[rows]] - upper)
+        near: NDArray[np.float32] = mixed[..., left]
+        return near + across * (mixed[..., right] - near)
 
-    map_rows(rows, len(weights))
-    return ahead
+    return by_rows(sampled, (grid[0], slots, count, grid[1]), np.float32)
+
+
+def _ones(samples: Samples) -> NDArray[np.float32]:
+    one, shape = np.ones(1, np.float32), (1, *samples.neutral.shape)
+    return by_rows(lambda rows: one, shape, np.float32, axis=1)
+
+
+def _extrapolated(weights: NDArray[np.float32], before: NDArray[np.float32], momentum: float) -> NDArray[np.float32]:
+    def ahead(rows: slice) -> NDArray[np.float32]:
+        here: NDArray[np.float32] = weights[rows]
+        return here + np.float32(momentum) * (here - before[rows])
+
+    return by_rows(ahead, weights.shape, np.float32)

@@ -23,12 +23,19 @@ def expand_row(
 ) -> None:
     """Sample one row of weight texels ``(R, N, w)`` at the columns of a run: ``(R, N, RUN)``."""
     slots, count, _ = out.shape
-    for i in range(slots):
-        for n in range(count):
-            line, target = row[i, n], out[i, n]
-            for x in range(run):
-                a, b = line[column0[left + x]], line[column1[left + x]]
-                target[x] = a + column_f[left + x] * (b - a)
+    x = 0
+    while x < run:
+        # Texels between the same two columns of weight texels.
+        a, b = column0[left + x], column1[left + x]
+        end = x + 1
+        while end < run and column0[left + end] == a and column1[left + end] == b:
+            end += 1
+        for i in range(slots):
+            for n in range(count):
+                near, slope = row[i, n, a], row[i, n, b] - row[i, n, a]
+                for k in range(x, end):
+                    out[i, n, k] = near + column_f[left + k] * slope
+        x = end
 
 
 @njit(cache=True, nogil=True)
@@ -68,9 +75,8 @@ def mix_rows(
     """Weights ``(R, N, RUN)`` of a run from the rows of weight texels above and below; ``share`` is the lower one's."""
     for i in range(len(out)):
         for n in range(out.shape[1]):
-            above, below, mixed = upper[i, n], lower[i, n], out[i, n]
             for x in range(run):
-                mixed[x] = above[x] + share * (below[x] - above[x])
+                out[i, n, x] = upper[i, n, x] + share * (lower[i, n, x] - upper[i, n, x])
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
@@ -109,11 +115,11 @@ def factor_run(
     slots = len(weight)
     for i in range(slots):
         for j in range(i + 1):
-            _dot(weight[i], weight[j], run, normal[i, j])
+            _dot(weight, i, weight, j, run, normal)
         for x in range(run):
             normal[i, i, x] += ridge
         for c in range(len(differences)):
-            _dot(weight[i], differences[c], run, out[i, c])
+            _dot(weight, i, differences, c, run, out)
     for i in range(slots):
         _eliminate(i, ridge, run, normal, out)
 
@@ -158,24 +164,23 @@ def _scale(factor: NDArray[np.float32], run: int, values: NDArray[np.float32]) -
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def _dot(a: NDArray[np.float32], b: NDArray[np.float32], run: int, out: NDArray[np.float32]) -> None:
-    """``out[x] = Σ_n a[n, x] b[n, x]``, several terms at a time so that the sum is read and written less often."""
-    whole = len(a) - len(a) % 4
+def _dot(a: NDArray[np.float32], i: int, b: NDArray[np.float32], j: int, run: int, out: NDArray[np.float32]) -> None:
+    """``out[i, j, x] = Σ_n a[i, n, x] b[j, n, x]``, four terms at a time: the sum is read and written less often."""
+    count = a.shape[1]
+    whole = count - count % 4
     for x in range(run):
-        out[x] = 0
+        out[i, j, x] = 0
     for n in range(0, whole, 4):
-        a0, a1, a2, a3, b0, b1, b2, b3 = a[n], a[n + 1], a[n + 2], a[n + 3], b[n], b[n + 1], b[n + 2], b[n + 3]
         for x in range(run):
-            out[x] += a0[x] * b0[x] + a1[x] * b1[x] + a2[x] * b2[x] + a3[x] * b3[x]
-    if len(a) - whole == 3:
-        a0, a1, a2, b0, b1, b2 = a[whole], a[whole + 1], a[whole + 2], b[whole], b[whole + 1], b[whole + 2]
+            out[i, j, x] += (
+                a[i, n, x] * b[j, n, x]
+                + a[i, n + 1, x] * b[j, n + 1, x]
+                + a[i, n + 2, x] * b[j, n + 2, x]
+                + a[i, n + 3, x] * b[j, n + 3, x]
+            )
+    for n in range(whole, count):
         for x in range(run):
-            out[x] += a0[x] * b0[x] + a1[x] * b1[x] + a2[x] * b2[x]
-        return
-    for n in range(whole, len(a)):
-        a0, b0 = a[n], b[n]
-        for x in range(run):
-            out[x] += a0[x] * b0[x]
+            out[i, j, x] += a[i, n, x] * b[j, n, x]
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
@@ -195,60 +200,68 @@ def accumulate_run(
 ) -> None:
     """Add a run to the sums over the rows that lie between two rows of weight texels."""
     slots, channels, _ = solved.shape
-    count = differences.shape[1]
     run = len(importance)
     gy = np.float32(1) - fy
     total = np.empty(run, np.float32)
-    weighted = np.empty((channels, run), np.float32)
+    weighted = np.empty((slots, channels, run), np.float32)
     pair = 0
     for i in range(slots):
         for c in range(channels):
-            value, out = solved[i, c], weighted[c]
             for x in range(run):
-                out[x] = value[x] * importance[x]
+                weighted[i, c, x] = solved[i, c, x] * importance[x]
         for j in range(i + 1):
             total[:] = 0
             for c in range(channels):
-                a, b = weighted[c], solved[j, c]
                 for x in range(run):
-                    total[x] += a[x] * b[x]
-            above, across, below = squares[0, pair], squares[1, pair], squares[2, pair]
+                    total[x] += weighted[i, c, x] * solved[j, c, x]
             for x in range(run):
-                above[x] += gy * gy * total[x]
-                across[x] += gy * fy * total[x]
-                below[x] += fy * fy * total[x]
+                squares[0, pair, x] += gy * gy * total[x]
+                squares[1, pair, x] += gy * fy * total[x]
+                squares[2, pair, x] += fy * fy * total[x]
             pair += 1
-        for n in range(count):
-            above, below = products[0, i, n], products[1, i, n]
-            if channels == 3:
-                _add_products(weighted, differences[:, n], fy, run, above, below)
-                continue
-            total[:] = 0
-            for c in range(channels):
-                a, b = weighted[c], differences[c, n]
-                for x in range(run):
-                    total[x] += a[x] * b[x]
-            for x in range(run):
-                above[x] += gy * total[x]
-                below[x] += fy * total[x]
+    if channels == 3:
+        _add_products(weighted, differences, fy, run, products)
+    else:
+        _add_any_products(weighted, differences, fy, run, products)
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
 def _add_products(
-    a: NDArray[np.float32],
-    b: NDArray[np.float32],
+    weighted: NDArray[np.float32],
+    differences: NDArray[np.float32],
     fy: np.float32,
     run: int,
-    above: NDArray[np.float32],
-    below: NDArray[np.float32],
+    products: NDArray[np.float32],
 ) -> None:
-    """Three channels at a time: nearly all of an alternation is spent here."""
-    a0, a1, a2, b0, b1, b2 = a[0], a[1], a[2], b[0], b[1], b[2]
-    for x in range(run):
-        total = a0[x] * b0[x] + a1[x] * b1[x] + a2[x] * b2[x]
-        share = fy * total
-        above[x] += total - share
-        below[x] += share
+    """Three channels at a time: a good part of an alternation is spent here."""
+    for i in range(len(weighted)):
+        for n in range(differences.shape[1]):
+            for x in range(run):
+                total = (
+                    weighted[i, 0, x] * differences[0, n, x]
+                    + weighted[i, 1, x] * differences[1, n, x]
+                    + weighted[i, 2, x] * differences[2, n, x]
+                )
+                share = fy * total
+                products[0, i, n, x] += total - share
+                products[1, i, n, x] += share
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _add_any_products(
+    weighted: NDArray[np.float32],
+    differences: NDArray[np.float32],
+    fy: np.float32,
+    run: int,
+    products: NDArray[np.float32],
+) -> None:
+    for i in range(len(weighted)):
+        for n in range(differences.shape[1]):
+            for c in range(weighted.shape[1]):
+                for x in range(run):
+                    term = weighted[i, c, x] * differences[c, n, x]
+                    products[0, i, n, x] += term - fy * term
+                    products[1, i, n, x] += fy * term
 
 
 @njit(cache=True, nogil=True)

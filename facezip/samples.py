@@ -1,6 +1,7 @@
 """What a fit sees of a character: texels as stored, and how much each one counts."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 from facezip.character import Character
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.fragments import texel_scale
+from facezip.rows import by_rows, map_rows
 from facezip.textures import Texels
 
 # What a fit gives to texels off the mask: ears and necks are seen too, and that little costs the face nothing.
@@ -40,28 +42,46 @@ def samples_of(character: Character, importance: NDArray[np.float32] | None = No
     FaceZipError
         ``SIZE_MISMATCH``: the importance has another size. ``BAD_TEXELS``: it is negative, not finite, or 0 everywhere.
     """
-    mask = np.ones(character.resolution, np.float32) if character.mask is None else character.mask
-    weight = np.maximum(mask, np.float32(beside))
+    shape, mask = character.resolution, character.mask
     if importance is not None:
-        if importance.shape != weight.shape:
-            sizes = [f"{size[1]}x{size[0]}" for size in (importance.shape, weight.shape)]
-            raise FaceZipError(ErrorCode.SIZE_MISMATCH, f"importance of {sizes[0]}, textures of {sizes[1]}; resize it")
-        weight = weight * importance
-        if not (np.isfinite(weight).all() and weight.min() >= 0 and (mask * importance).max() > 0):
-            reason = "must be finite, not negative, and not 0 on the whole face"
-            raise FaceZipError(ErrorCode.BAD_TEXELS, f"importance: values {reason}")
+        _check_importance(importance, mask, shape)
+    one, least = np.ones((1, shape[1]), np.float32), np.float32(beside)
+
+    def weights(rows: slice) -> NDArray[np.float32]:
+        weight = np.maximum(one if mask is None else mask[rows], least)
+        return weight if importance is None else weight * importance[rows]
+
     # Kernels read rows as they lie.
     textures = np.require(character.textures, requirements="C")
     neutral = np.require(character.neutral, requirements="C")
-    return Samples(textures, neutral, texel_scale(character), weight.astype(np.float32))
+    return Samples(textures, neutral, texel_scale(character), by_rows(weights, shape, np.float32))
+
+
+def _check_importance(
+    importance: NDArray[np.float32], mask: NDArray[np.float32] | None, shape: tuple[int, int]
+) -> None:
+    if importance.shape != shape:
+        sizes = [f"{size[1]}x{size[0]}" for size in (importance.shape, shape)]
+        raise FaceZipError(ErrorCode.SIZE_MISMATCH, f"importance of {sizes[0]}, textures of {sizes[1]}; resize it")
+
+    def extent(top: int, bottom: int) -> tuple[float, float]:
+        part = importance[top:bottom]
+        return float(part.min()), float((part if mask is None else part * mask[top:bottom]).max())
+
+    parts = map_rows(extent, shape[0])
+    if not (np.isfinite(parts).all() and min(low for low, _ in parts) >= 0 and max(high for _, high in parts) > 0):
+        reason = "must be finite, not negative, and not 0 on the whole face"
+        raise FaceZipError(ErrorCode.BAD_TEXELS, f"importance: values {reason}")
 
 
 def thinned(samples: Samples, step: int) -> Samples:
     """One texel of every ``step`` x ``step``, for statistics that do not need them all."""
     some = slice(step // 2, None, step)
+
+    def copied(texels: NDArray[Any], axis: int) -> NDArray[Any]:
+        seen = texels[..., some, some, :] if axis else texels[some, some]
+        return by_rows(lambda rows: seen[:, rows] if axis else seen[rows], seen.shape, seen.dtype, axis)
+
     return Samples(
-        samples.textures[:, some, some].copy(),
-        samples.neutral[some, some].copy(),
-        samples.scale,
-        samples.importance[some, some].copy(),
+        copied(samples.textures, 1), copied(samples.neutral, 0), samples.scale, copied(samples.importance, 0)
     )

@@ -9,8 +9,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from facezip import scratch
 from facezip.model import bilinear_taps
-from facezip.rows import map_rows
+from facezip.rows import each_block, map_rows
 from facezip.runs import (
     RUN,
     accumulate_run,
@@ -52,7 +53,7 @@ def weight_system(
         pass_.rows(top, bottom, given, _NO_STEPS, textures is not None, begin, part)
         return begin, part
 
-    for begin, part in map_rows(block, height):
+    for begin, part in each_block(block, height):
         system.matrix[begin : begin + len(part.matrix)] += part.matrix
         system.right[begin : begin + len(part.right)] += part.right
     return system
@@ -70,7 +71,7 @@ def solve_textures(
         that those that follow make up for the rounding (Babai's nearest plane).
     """
     height, width, channels = samples.neutral.shape
-    textures = np.empty((weights.shape[1], height, width, channels), np.float32)
+    textures: NDArray[np.float32] = scratch.empty((weights.shape[1], height, width, channels), np.float32)
     nothing = WeightSystem.zeros((0, 0, 0, 0))
     pass_ = _Pass(samples, weights)
     rounding = _NO_STEPS if steps is None else steps
@@ -91,7 +92,7 @@ def solve_texture(
     samples, weights : as in :func:`weight_system`.
     textures : ``(R, H, W, C)``, of which those after ``slot`` are read.
     """
-    texture = np.empty(textures.shape[1:], np.float32)
+    texture: NDArray[np.float32] = scratch.empty(textures.shape[1:], np.float32)
     pass_ = _Pass(samples, weights)
     map_rows(lambda top, bottom: pass_.slot(top, bottom, textures, slot, texture), len(texture))
     return texture
@@ -106,7 +107,8 @@ class _Pass:
     def __init__(self, samples: Samples, weights: NDArray[np.float32]) -> None:
         height, width, _ = samples.neutral.shape
         h, _, _, w = weights.shape
-        ridge = np.float32(RIDGE * np.square(weights).sum(dtype=np.float64) / (h * w))
+        squares = map_rows(lambda top, bottom: np.square(weights[top:bottom]).sum(dtype=np.float64), h)
+        ridge = np.float32(RIDGE * np.sum(squares) / (h * w))
         self._stored = samples.textures, samples.neutral, samples.scale, samples.importance
         self._sampled = weights, *bilinear_taps(height, h), *bilinear_taps(width, w), max(ridge, np.float32(1e-30))
 

@@ -4,14 +4,20 @@ Integer files hold encoded (sRGB) values and come through unchanged. Float files
 encoded here, so that everything downstream sees one kind of number.
 """
 
+import tempfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio
 from numpy.typing import NDArray
 
-from facezip.decoding import decode, muted_stderr, reason, unreadable
+from facezip import scratch
+from facezip.decoding import BAND, Bands, decode, decoded_bands, filled, reason, unreadable
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.muting import muted_stderr
+from facezip.rows import by_rows
 
 TEXTURE_SUFFIXES = (".png", ".exr", ".tif", ".tiff", ".jpg", ".jpeg")
 
@@ -34,13 +40,15 @@ def to_float(texels: Texels) -> NDArray[np.float32]:
     """Stored texels of any supported type as float32 in [0, 1], of the same shape."""
     if texels.dtype == np.float32:
         return texels  # type: ignore[return-value]
-    return np.multiply(texels, np.float32(1.0 / (255 if texels.dtype == np.uint8 else 65535)), dtype=np.float32)
+    unit = np.float32(1.0 / (255 if texels.dtype == np.uint8 else 65535))
+    return by_rows(lambda rows: np.multiply(texels[rows], unit, dtype=np.float32), texels.shape, np.float32)
 
 
-def read_texture(path: Path) -> Texels:
+def read_texture(path: Path, into: Texels | None = None) -> Texels:
     """Read a texture as ``(H, W, C)`` of encoded values, row 0 at the top; an alpha channel is dropped.
 
-    Returns uint8 or uint16 as stored, or float32 in [0, 1] for float files, which are taken as linear and encoded.
+    Returns uint8 or uint16 as stored, or float32 in [0, 1] for float files, which are taken as linear and encoded:
+    in ``into`` where that has the texture's shape and type, otherwise in a new array.
 
     Raises
     ------
@@ -48,17 +56,32 @@ def read_texture(path: Path) -> Texels:
         ``MISSING_FILE``, ``CANNOT_READ``, ``UNREADABLE_IMAGE`` (truncated, damaged, another format), ``TOO_LARGE``, or
         ``BAD_TEXELS`` (NaN, infinite, or outside [0, 1]).
     """
-    texels = decode(path)
-    if texels.shape[2] in (2, 4):
-        texels = texels[:, :, :-1]
-    if texels.dtype.kind == "u":
-        return np.ascontiguousarray(texels if texels.itemsize <= 2 else (texels >> 16).astype(np.uint16))
-    with np.errstate(over="ignore"):
-        return _encode_checked(texels.astype(np.float32), path)
+    return filled(_encoded_bands(path), into)
 
 
-def read_texture_exactly(path: Path, shape: tuple[int, ...] | None = None) -> Texels:
+def _encoded_bands(path: Path) -> Bands:
+    low, high = np.float32(np.inf), np.float32(-np.inf)
+    for top, height, band in decoded_bands(path):
+        texels = band[:, :, :-1] if band.shape[2] in (2, 4) else band
+        if texels.dtype.kind == "u":
+            yield top, height, texels if texels.itemsize <= 2 else (texels >> 16).astype(np.uint16)
+            continue
+        with np.errstate(over="ignore"):
+            linear = texels.astype(np.float32)
+        _check_finite(linear, top, path)
+        low, high = min(low, linear.min()), max(high, linear.max())
+        yield top, height, encode_srgb(np.clip(linear, 0, 1))
+    if low < 0 or high > 1:
+        raise FaceZipError(
+            ErrorCode.BAD_TEXELS,
+            f"{path}: values from {low:.3g} to {high:.3g}; an albedo lies within 0 and 1, rescale it",
+        )
+
+
+def read_texture_exactly(path: Path, shape: tuple[int, ...] | None = None, into: Texels | None = None) -> Texels:
     """Read an integer image as it is stored, alpha included; where given, ``(H, W, C)`` must be ``shape``.
+
+    ``into`` is as in :func:`read_texture`.
 
     Raises
     ------
@@ -66,7 +89,7 @@ def read_texture_exactly(path: Path, shape: tuple[int, ...] | None = None) -> Te
         ``MISSING_FILE``, ``CANNOT_READ``, ``TOO_LARGE``, or ``UNREADABLE_IMAGE`` where it is damaged, of another size,
         or not of integers.
     """
-    texels = decode(path, shape)
+    texels = decode(path, shape, into)
     if texels.dtype.kind != "u":
         raise unreadable(path, f"holds {texels.dtype}, not integers")
     return texels
@@ -83,10 +106,16 @@ def write_texture(path: Path, texels: Texels, compression: int = 3) -> None:
     FaceZipError
         ``CANNOT_WRITE``, naming the file and the reason.
     """
-    if texels.dtype.kind == "f":
-        is_exr = path.suffix.lower() == ".exr"
-        texels = decode_srgb(texels) if is_exr else np.rint(np.clip(texels, 0, 1) * 255).astype(np.uint8)  # type: ignore[arg-type]
-    _encode_file(path, texels, compression)
+    if texels.dtype.kind == "u":
+        _encode_file(path, texels, compression)
+    elif path.suffix.lower() == ".exr":
+        _encode_file(path, texels, compression, np.dtype(np.float32), decode_srgb)
+    else:
+        _encode_file(path, texels, compression, np.dtype(np.uint8), _rounded)
+
+
+def _rounded(values: NDArray[np.float32]) -> NDArray[np.uint8]:
+    return np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8)
 
 
 def read_values(path: Path) -> NDArray[np.float32]:
@@ -97,12 +126,30 @@ def read_values(path: Path) -> NDArray[np.float32]:
     FaceZipError
         What :func:`read_texture_exactly` raises; ``BAD_TEXELS`` for values that are negative or not finite.
     """
-    stored = decode(path)[:, :, 0]
-    maximum = np.float32(1) if stored.dtype.kind == "f" else np.float32(np.iinfo(stored.dtype).max)
-    values: NDArray[np.float32] = stored.astype(np.float32) / maximum
-    if not np.isfinite(values).all() or values.min() < 0:
-        raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: negative or not finite values; paint or export them again")
+    values: NDArray[np.float32] = filled(_value_bands(path))
     return values
+
+
+def _value_bands(path: Path) -> Bands:
+    for top, height, band in decoded_bands(path):
+        stored = band[:, :, 0]
+        maximum = np.float32(1) if stored.dtype.kind == "f" else np.float32(np.iinfo(stored.dtype).max)
+        values: NDArray[np.float32] = stored.astype(np.float32) / maximum
+        if not np.isfinite(values).all() or values.min() < 0:
+            raise FaceZipError(
+                ErrorCode.BAD_TEXELS, f"{path}: negative or not finite values; paint or export them again"
+            )
+        yield top, height, values
+
+
+def png(texels: Texels) -> bytes:
+    """The bytes of a PNG file of ``(H, W, C)`` texels, of 16 bits where they are floats in [0, 1]."""
+    if texels.dtype.kind == "f":
+        texels = np.rint(np.clip(texels, 0, 1) * 65535).astype(np.uint16)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "image.png"
+        write_texture(file, texels)
+        return file.read_bytes()
 
 
 def write_values(path: Path, values: NDArray[np.float32]) -> None:
@@ -116,33 +163,38 @@ def write_values(path: Path, values: NDArray[np.float32]) -> None:
     _encode_file(path, values[:, :, None], 0)
 
 
-def _encode_file(path: Path, texels: Texels, compression: int) -> None:
+def _encode_file(
+    path: Path,
+    texels: Texels,
+    compression: int,
+    stored: np.dtype[Any] | None = None,
+    convert: Callable[[Any], Texels] = np.ascontiguousarray,
+) -> None:
+    """Write texels a band at a time, each as ``convert`` makes it, of the type ``stored``."""
     height, width, channels = texels.shape
-    spec = oiio.ImageSpec(width, height, channels, str(texels.dtype).replace("float32", "float"))
+    spec = oiio.ImageSpec(width, height, channels, str(stored or texels.dtype).replace("float32", "float"))
     spec.attribute("oiio:UnassociatedAlpha", 1)
     spec.attribute("png:compressionLevel", compression)
     output = oiio.ImageOutput.create(str(path))
     if output is None:
         raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{path}: {reason(oiio)}; use .png, .tif or .exr")
     with muted_stderr:
-        written = output.open(str(path), spec) and output.write_image(np.ascontiguousarray(texels))
+        written = output.open(str(path), spec)
+        for top in range(0, height, BAND):
+            band = texels[top : top + BAND]
+            written = written and output.write_scanlines(top, top + len(band), 0, np.ascontiguousarray(convert(band)))
+            scratch.ease()
         why = reason(output)
         written = output.close() and written
     if not written:
         raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{path}: cannot write the image ({why}); check space and rights")
 
 
-def _encode_checked(linear: NDArray[np.float32], path: Path) -> NDArray[np.float32]:
+def _check_finite(linear: NDArray[np.float32], top: int, path: Path) -> None:
     finite = np.isfinite(linear)
     if not finite.all():
         row, column = np.argwhere(~finite.all(axis=2))[0]
         raise FaceZipError(
             ErrorCode.BAD_TEXELS,
-            f"{path}: NaN or infinite value at column {column}, row {row}; repaint or export that texel again",
+            f"{path}: NaN or infinite value at column {column}, row {top + row}; repaint or export that texel again",
         )
-    if linear.min() < 0 or linear.max() > 1:
-        raise FaceZipError(
-            ErrorCode.BAD_TEXELS,
-            f"{path}: values from {linear.min():.3g} to {linear.max():.3g}; an albedo lies within 0 and 1, rescale it",
-        )
-    return encode_srgb(linear)

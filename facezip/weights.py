@@ -10,10 +10,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from facezip.rows import map_rows, sum_rows
+from facezip import scratch
+from facezip.rows import by_rows, map_rows, sum_rows
 
 # Warm started: more steps would solve exactly what the next alternation changes again.
-STEPS = 3
+STEPS = 4
 # What ties a weight to its neighbours, and to zero, as a part of the system's mean diagonal. The first fills what no
 # texel sees; both keep noise out of the weights.
 SMOOTHNESS = 1e-3
@@ -37,30 +38,18 @@ class WeightSystem:
     def zeros(cls, shape: tuple[int, ...]) -> "WeightSystem":
         """No equation yet for weights of ``shape`` ``(h, R, N, w)``."""
         h, slots, _, w = shape
-        return cls(np.zeros((h, slots, slots, 9, w), np.float32), np.zeros(shape, np.float32))
+        return cls(scratch.zeros((h, slots, slots, 9, w), np.float32), scratch.zeros(shape, np.float32))
 
     @property
     def mean_diagonal(self) -> float:
         """The unit of the regularisation."""
         return float(np.einsum("hiiw->", self.matrix[:, :, :, 4], dtype=np.float64) / self.right[:, :, 0].size)
 
-    def regularised(self, unit: float, smoothness: float = SMOOTHNESS) -> "WeightSystem":
-        """The system of the error plus ``smoothness · unit · ‖∇W‖² + RIDGE · unit · ‖W‖²``."""
-        matrix, slots = self.matrix.copy(), np.arange(self.matrix.shape[1])
-        smoothness = smoothness * unit
-        diagonal = matrix[:, slots, slots]
-        for here, rows, columns in (
-            (1, slice(1, None), slice(None)),
-            (7, slice(None, -1), slice(None)),
-            (3, slice(None), slice(1, None)),
-            (5, slice(None), slice(None, -1)),
-        ):
-            diagonal[rows, :, here, columns] -= smoothness
-            diagonal[rows, :, 4, columns] += smoothness
+    def regularise(self, unit: float, smoothness: float = SMOOTHNESS) -> None:
+        """Add the equations of ``smoothness · unit · ‖∇W‖² + RIDGE · unit · ‖W‖²``."""
         # A grid where no texel counts at all would be singular.
-        diagonal[:, :, 4] += max(RIDGE * unit, 1e-30)
-        matrix[:, slots, slots] = diagonal
-        return WeightSystem(matrix, self.right)
+        tie, ridge = np.float32(smoothness * unit), np.float32(max(RIDGE * unit, 1e-30))
+        map_rows(lambda top, bottom: _regularise(top, bottom, self.matrix, tie, ridge), len(self.matrix))
 
 
 def solve_weights(system: WeightSystem, start: NDArray[np.float32]) -> tuple[NDArray[np.float32], float]:
@@ -73,38 +62,74 @@ def solve_weights(system: WeightSystem, start: NDArray[np.float32]) -> tuple[NDA
     """
     rows = len(start)
     # The preconditioner: the inverse of what each texel's weights have to do with themselves.
-    inverse = np.empty((rows, *system.matrix.shape[1:3], start.shape[3]), np.float32)
-    map_rows(lambda top, bottom: _invert(system.matrix[top:bottom, :, :, 4], inverse[top:bottom]), rows)
-    weights, conditioned, image = start.copy(), np.empty_like(start), np.empty_like(start)
-    length, turn = np.zeros(start.shape[2], np.float32), np.zeros(start.shape[2], np.float32)
+    inverse: NDArray[np.float32] = scratch.empty((rows, *system.matrix.shape[1:3], start.shape[3]), np.float32)
+    map_rows(lambda top, bottom: _invert(top, bottom, system.matrix, inverse), rows)
+    image: NDArray[np.float32] = scratch.empty(start.shape, np.float32)
+    sum_rows(lambda top, bottom: _multiply(top, bottom, system.matrix, start, image), rows)
+    residual = by_rows(lambda some: system.right[some] - image[some], start.shape, np.float32)
+    explained = sum(map_rows(lambda top, bottom: _explained(start, system.right, residual, top, bottom), rows))
+    weights = by_rows(lambda some: start[some], start.shape, np.float32)
+    direction: NDArray[np.float32] = scratch.zeros(start.shape, np.float32)
+    length, turn = np.zeros((2, start.shape[2]), np.float32)
 
-    def multiply(top: int, bottom: int) -> NDArray[np.float64]:
-        return _multiply(top, bottom, system.matrix, direction, image)
+    def advanced() -> NDArray[np.float64]:
+        step = length, direction, image, inverse, weights, residual
+        return sum_rows(lambda top, bottom: _advance(top, bottom, *step), rows)
 
-    def condition(top: int, bottom: int) -> NDArray[np.float64]:
-        return _condition(top, bottom, inverse, residual, conditioned)
-
-    direction = weights
-    sum_rows(multiply, rows)
-    residual = system.right - image
-    explained = float(np.vdot(start, system.right + residual))
-    energy = sum_rows(condition, rows)
-    direction = conditioned.copy()
+    energy = advanced()
     for _ in range(STEPS):
-        length[:] = _ratio(energy, sum_rows(multiply, rows))
-        map_rows(lambda top, bottom: _advance(top, bottom, length, direction, image, weights, residual), rows)
-        before, energy = energy, sum_rows(condition, rows)
+        map_rows(lambda top, bottom: _turn(top, bottom, turn, inverse, residual, direction), rows)
+        length[:] = _ratio(
+            energy, sum_rows(lambda top, bottom: _multiply(top, bottom, system.matrix, direction, image), rows)
+        )
+        before, energy = energy, advanced()
         turn[:] = _ratio(energy, before)
-        map_rows(lambda top, bottom: _turn(top, bottom, turn, conditioned, direction), rows)
     return weights, explained
 
 
-def _invert(blocks: NDArray[np.float32], out: NDArray[np.float32]) -> None:
-    out[:] = np.linalg.inv(blocks.transpose(0, 3, 1, 2)).transpose(0, 2, 3, 1)
+def _explained(
+    start: NDArray[np.float32], right: NDArray[np.float32], residual: NDArray[np.float32], top: int, bottom: int
+) -> float:
+    return float(np.vdot(start[top:bottom], right[top:bottom] + residual[top:bottom]))
 
 
 def _ratio(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float32]:
     return np.divide(a, b, out=np.zeros_like(a), where=b > 0).astype(np.float32)
+
+
+@njit(cache=True, nogil=True)
+def _regularise(top: int, bottom: int, matrix: NDArray[np.float32], tie: np.float32, ridge: np.float32) -> None:
+    h, slots, _, _, w = matrix.shape
+    for y in range(top, bottom):
+        for i in range(slots):
+            for x in range(w):
+                neighbours = 0
+                for there, cell in ((y > 0, 1), (x > 0, 3), (x < w - 1, 5), (y < h - 1, 7)):
+                    if there:
+                        matrix[y, i, i, cell, x] -= tie
+                        neighbours += 1
+                matrix[y, i, i, 4, x] += neighbours * tie + ridge
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
+def _invert(top: int, bottom: int, matrix: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+    """The inverse of every texel's coupling with itself, by Gauss and Jordan: they are positive definite."""
+    _, slots, _, _, w = matrix.shape
+    for y in range(top, bottom):
+        out[y] = matrix[y, :, :, 4]
+        for k in range(slots):
+            for x in range(w):
+                out[y, k, k, x] = np.float32(1) / out[y, k, k, x]
+            for i in range(slots):
+                for x in range(w if i != k else 0):
+                    out[y, i, k, x] *= -out[y, k, k, x]
+            for i in range(slots):
+                for j in range(slots):
+                    for x in range(w if i != k and j != k else 0):
+                        out[y, i, j, x] += out[y, i, k, x] * out[y, k, j, x]
+            for j in range(slots):
+                for x in range(w if j != k else 0):
+                    out[y, k, j, x] *= out[y, k, k, x]
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
@@ -115,29 +140,34 @@ def _multiply(
     h, slots, count, _ = x.shape
     dots = np.zeros(count)
     for y in range(top, bottom):
+        out[y] = 0
         for i in range(slots):
+            for ny in range(max(y - 1, 0), min(y + 2, h)):
+                for j in range(slots):
+                    _add_row(matrix, y, i, j, x, ny, out)
             for n in range(count):
-                target = out[y, i, n]
-                target[:] = 0
-                for ny in range(max(y - 1, 0), min(y + 2, h)):
-                    for j in range(slots):
-                        _add_row(matrix[y, i, j], 3 * (ny - y + 1), x[ny, j, n], target)
-                dots[n] += _dot(x[y, i, n], target)
+                dots[n] += _dot(x[y, i, n], out[y, i, n])
     return dots
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def _add_row(coupling: NDArray[np.float32], first: int, x: NDArray[np.float32], out: NDArray[np.float32]) -> None:
-    """Add the products of a row of weight texels with the three couplings from ``first`` on, ``(9, w)``."""
-    before, same, after = coupling[first], coupling[first + 1], coupling[first + 2]
-    last = len(x) - 1
-    out[0] += same[0] * x[0]
-    if last == 0:
-        return
-    out[0] += after[0] * x[1]
-    for column in range(1, last):
-        out[column] += before[column] * x[column - 1] + same[column] * x[column] + after[column] * x[column + 1]
-    out[last] += before[last] * x[last - 1] + same[last] * x[last]
+def _add_row(
+    matrix: NDArray[np.float32], y: int, i: int, j: int, x: NDArray[np.float32], ny: int, out: NDArray[np.float32]
+) -> None:
+    """Add to ``out[y, i]`` what couples its texels to those of row ``ny`` in slot j, for all expressions."""
+    first, last = 3 * (ny - y + 1), x.shape[3] - 1
+    for n in range(x.shape[2]):
+        out[y, i, n, 0] += matrix[y, i, j, first + 1, 0] * x[ny, j, n, 0]
+        if last > 0:
+            out[y, i, n, 0] += matrix[y, i, j, first + 2, 0] * x[ny, j, n, 1]
+            for c in range(1, last):
+                out[y, i, n, c] += (
+                    matrix[y, i, j, first, c] * x[ny, j, n, c - 1]
+                    + matrix[y, i, j, first + 1, c] * x[ny, j, n, c]
+                    + matrix[y, i, j, first + 2, c] * x[ny, j, n, c + 1]
+                )
+            out[y, i, n, last] += matrix[y, i, j, first, last] * x[ny, j, n, last - 1]
+            out[y, i, n, last] += matrix[y, i, j, first + 1, last] * x[ny, j, n, last]
 
 
 @njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
@@ -149,50 +179,51 @@ def _dot(a: NDArray[np.float32], b: NDArray[np.float32]) -> np.float32:
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def _condition(
-    top: int, bottom: int, inverse: NDArray[np.float32], residual: NDArray[np.float32], out: NDArray[np.float32]
-) -> NDArray[np.float64]:
-    """``out = inverse · residual`` texel by texel; returns ``residual · out`` per expression, ``(N,)``."""
-    _, slots, count, w = residual.shape
-    dots = np.zeros(count)
-    for y in range(top, bottom):
-        out[y] = 0
-        for i in range(slots):
-            for j in range(slots):
-                for n in range(count):
-                    for column in range(w):
-                        out[y, i, n, column] += inverse[y, i, j, column] * residual[y, j, n, column]
-            for n in range(count):
-                dots[n] += _dot(residual[y, i, n], out[y, i, n])
-    return dots
-
-
-@njit(cache=True, nogil=True)
 def _advance(
     top: int,
     bottom: int,
     step: NDArray[np.float32],
     direction: NDArray[np.float32],
     image: NDArray[np.float32],
+    inverse: NDArray[np.float32],
     weights: NDArray[np.float32],
     residual: NDArray[np.float32],
-) -> None:
+) -> NDArray[np.float64]:
+    """Go a step along the direction; returns ``residual · inverse · residual`` per expression, ``(N,)``."""
     _, slots, count, w = weights.shape
+    energy, conditioned = np.zeros(count), np.empty(w, np.float32)
     for y in range(top, bottom):
         for i in range(slots):
             for n in range(count):
-                for column in range(w):
-                    weights[y, i, n, column] += step[n] * direction[y, i, n, column]
-                    residual[y, i, n, column] -= step[n] * image[y, i, n, column]
+                for x in range(w):
+                    weights[y, i, n, x] += step[n] * direction[y, i, n, x]
+                    residual[y, i, n, x] -= step[n] * image[y, i, n, x]
+        for n in range(count):
+            for i in range(slots):
+                conditioned[:] = 0
+                for j in range(slots):
+                    for x in range(w):
+                        conditioned[x] += inverse[y, i, j, x] * residual[y, j, n, x]
+                energy[n] += _dot(residual[y, i, n], conditioned)
+    return energy
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath={"contract"})
 def _turn(
-    top: int, bottom: int, turn: NDArray[np.float32], conditioned: NDArray[np.float32], direction: NDArray[np.float32]
+    top: int,
+    bottom: int,
+    turn: NDArray[np.float32],
+    inverse: NDArray[np.float32],
+    residual: NDArray[np.float32],
+    direction: NDArray[np.float32],
 ) -> None:
+    """The next direction: ``inverse · residual + turn · direction``."""
     _, slots, count, w = direction.shape
     for y in range(top, bottom):
         for i in range(slots):
             for n in range(count):
-                for column in range(w):
-                    direction[y, i, n, column] = conditioned[y, i, n, column] + turn[n] * direction[y, i, n, column]
+                for x in range(w):
+                    direction[y, i, n, x] *= turn[n]
+                for j in range(slots):
+                    for x in range(w):
+                        direction[y, i, n, x] += inverse[y, i, j, x] * residual[y, j, n, x]

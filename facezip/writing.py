@@ -131,15 +131,20 @@ def _sibling(target: Path, create: Callable[[Path], None]) -> Iterator[Path]:
     _clear_leftovers(target)
     while True:
         temporary = target.with_name(f".{target.name}.{os.urandom(8).hex()}.tmp")
-        create(temporary)
-        with Locked(temporary, wait=True) as lock:
-            # Another run may have taken it for a leftover before it was locked.
-            if not lock.gone:
-                try:
-                    yield temporary
-                finally:
-                    _remove(temporary)
-                return
+        try:
+            create(temporary)
+            with Locked(temporary, wait=True) as lock:
+                # Another run may have taken it for a leftover before it was locked.
+                if not lock.gone:
+                    try:
+                        yield temporary
+                    finally:
+                        _remove(temporary)
+                    return
+        except KeyboardInterrupt:
+            # Between the two it is nobody's.
+            _remove(temporary)
+            raise
 
 
 def _clear_leftovers(target: Path) -> None:

@@ -1,11 +1,11 @@
-"""How sure a verdict is: intervals for its deciding metrics, from two independent halves of the samples.
+"""What a verdict is made of, and how sure it is: deciding metrics without the bias of noise, and their intervals.
 
 Noise scatters a metric and biases it. A bias falls with the number of samples, so twice the metric of the whole minus
 the mean of its halves is free of it to first order (Quenouille's jackknife), and the halves' difference tells the
 scatter. Both are small where original and compressed textures are shaded on the same paths.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,32 +16,54 @@ from render.verdict import DECIDING, Thresholds
 # Student's t for a two-sided interval of 95 % from two values.
 _REACH = 12.706
 
+_MEASURES: dict[str, Callable[[Picture, Picture], float]] = {
+    "delta_e_p95": delta_e_p95,
+    "delta_e_local": delta_e_local,
+    "flip": mean_flip,
+}
+
+# A picture of the original and one of a candidate, from the same half of the samples.
+Half = tuple[Picture, Picture]
+
+
+def unbiased(whole: float, halves: Sequence[float]) -> float:
+    """A metric as converged images would have it, given it with all and with each half's samples; may fall below 0."""
+    return 2 * whole - sum(halves) / 2
+
 
 def interval(whole: float, halves: Sequence[float]) -> tuple[float, float]:
-    """Where a metric of converged images lies with 95 % confidence, given it with all and with each half's samples."""
-    first, second = halves
-    centre, reach = 2 * whole - (first + second) / 2, _REACH * abs(first - second) / 2
+    """Where a metric of converged images lies with 95 % confidence, around :func:`unbiased`."""
+    centre, reach = unbiased(whole, halves), _REACH * abs(halves[0] - halves[1]) / 2
     return max(centre - reach, 0.0), max(centre + reach, 0.0)
 
 
-def judge(
-    metrics: dict[str, Any], originals: Sequence[Picture], others: Sequence[Picture], thresholds: Thresholds
-) -> dict[str, Any]:
-    """The level of a render, the intervals of its deciding metrics, and whether both ends of them agree on the level.
+def of_halves(halves: Sequence[Half]) -> dict[str, list[float]]:
+    """Every deciding metric of each half."""
+    return {name: [measure(*half) for half in halves] for name, measure in _MEASURES.items()}
+
+
+def without_bias(metrics: Mapping[str, float], of_each: Mapping[str, Sequence[float]]) -> dict[str, float]:
+    """The deciding metrics of a render, :func:`unbiased` and at least 0."""
+    return {name: max(unbiased(metrics[name], halves), 0.0) for name, halves in of_each.items()}
+
+
+def judge(metrics: Mapping[str, Any], halves: Sequence[Half], thresholds: Thresholds) -> dict[str, Any]:
+    """The deciding metrics without bias, the level that they have, their intervals, and whether both ends agree.
 
     Parameters
     ----------
     metrics : of the render with all samples.
-    originals, others : the halves, of the original and of a candidate.
+    halves : of the same render.
     """
-    measures = {"delta_e_p95": delta_e_p95, "flip": mean_flip, "delta_e_local": delta_e_local}
-    found = {
-        name: interval(metrics[name], [measure(a, b) for a, b in zip(originals, others, strict=True)])
-        for name, measure in measures.items()
-    }
+    of_each = of_halves(halves)
+    values = without_bias(metrics, of_each)
+    found = {name: interval(metrics[name], each) for name, each in of_each.items()}
     ends = [thresholds.level(*(found[name][end] for name in DECIDING)) for end in range(2)]
+    level = thresholds.level(*(values[name] for name in DECIDING))
+    same = all(metrics[name] == 0 for name in DECIDING)
     return {
-        "level": thresholds.level(*(metrics[name] for name in DECIDING)),
+        **values,
+        "level": level if same else _acceptable(level),
         "decided": _acceptable(ends[0]) == _acceptable(ends[1]),
         "interval": {name: list(map(float, ends)) for name, ends in found.items()},
     }

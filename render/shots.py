@@ -125,7 +125,8 @@ class Studio:
                 worst["box"][0] += crop[0].start
                 worst["box"][1] += crop[1].start
             found = {"image_rmse_debiased": debiased_rmse(halves, k, head), "regions": by_region, "where": worst}
-            return metrics | found | judge(metrics, (first, second), parts, self._settings.thresholds)
+            halves_of = list(zip((first, second), parts, strict=True))
+            return metrics | found | judge(metrics, halves_of, self._settings.thresholds)
 
         packs = list(self._pool.map(one, range(1, len(whole.linear))))
         self.seconds["metrics"] += perf_counter() - begin

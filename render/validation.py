@@ -22,8 +22,9 @@ from render.shots import Shot, Studio, looks, repeat_of
 from render.skins import SkinMaps, Texture, uploaded
 from render.store import RENDERS, ShotStore, digest_of
 from render.summary import summarise
+from render.verdict import DECIDING
 
-FORMAT = "facezip-validation/2"
+FORMAT = "facezip-validation/3"
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,6 +258,7 @@ def _conditions(character: Character, settings: Settings, versions: dict[str, st
         "display": "linear radiance clipped to 0..1, sRGB-encoded",
         "region": "pixels that the head fills at least half",
         "texture_region": "whole texture" if character.mask is None else "the character's mask",
-        "confidence": "95 %, from two halves, free of the bias of noise to first order",
+        "confidence": "95 %, from two halves",
+        "debiased": ["image_rmse_debiased", *DECIDING],
         "units": UNITS,
     }

@@ -18,6 +18,7 @@ LABELS = {
     "transport": "Light transport",
     "thresholds": "Limits",
     "confidence": "Confidence intervals",
+    "debiased": "Free of the bias of noise",
     "region": "Image metrics over",
     "texture_region": "Texture metrics over",
     "display": "Display",
@@ -34,7 +35,9 @@ def condition_rows(document: Mapping[str, Any]) -> list[tuple[str, str]]:
     conditions = document["conditions"]
     others = [key for key in conditions if key not in LABELS and key != "units"]
     keys = [key for key in LABELS if key in conditions] + others
-    rows = [("Character", _character(document["character"]))]
+    character = document["character"]
+    # A page about many sizes has no one character.
+    rows = [("Character", _character(character))] if "resolution" in character else []
     rows += [(LABELS.get(key, key.replace("_", " ").capitalize()), words(conditions[key])) for key in keys]
     if "seconds" in document:
         rows.append(("Time", ", ".join(f"{key} {value:.1f} s" for key, value in document["seconds"].items())))

@@ -38,7 +38,7 @@ def tiles(pack: Pack) -> list[tuple[str, str, str]]:
         floor, (worst, _) = floor_text(metric, pack), _worst(metric, pack)
         against = f"noise floor {floor}" if floor else f"worst {worst}" if worst else metric.unit
         rows.append((metric.label, metric.of(pack), against))
-    rows.append(("GPU memory", f"{saving(pack)}× less", f"{megabytes(pack['bytes_on_gpu'])} MB"))
+    rows.append(("GPU memory", f"{saving(pack)}× less", f"{megabytes(pack['bytes_on_gpu'])} MB at 8 bits"))
     rows.append(("Texture fetches", _count(pack.get("fetches")), "a pixel"))
     return rows
 
@@ -153,7 +153,8 @@ def memory_table(document: Mapping[str, Any]) -> Table:
     count = len(document["character"]["expressions"])
     maps, places = (len(document["character"].get(key, [0])) for key in ("maps", "tiles"))
     several = f", {maps} map{'s' * (maps > 1)} on {places} tile{'s' * (places > 1)}" if maps * places > 1 else ""
-    caption = f"{count} expressions and the neutral, {width} × {height} texels{several}; 1 MB is 10⁶ bytes."
+    sizes = f"{width} × {height} texels{several}, at 8 bits a channel"
+    caption = f"{count} expressions and the neutral, {sizes}; 1 MB is 10⁶ bytes."
     return Table(caption, "Stored as", columns, tuple(rows))
 
 

@@ -27,7 +27,7 @@ def write_validation_report(document: Mapping[str, Any], folder: Path) -> Path:
 
     Parameters
     ----------
-    document : what :func:`render.validation.validate` returned (``facezip-validation/2``); optional ``baselines``
+    document : what :func:`render.validation.validate` returned (``facezip-validation/3``); optional ``baselines``
         (texture errors of other methods), ``memory`` (rows of the memory table) and ``command``.
     folder : where the document's EXR files are, and where both files go, each whole or not at all.
 

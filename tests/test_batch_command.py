@@ -51,11 +51,27 @@ def content(pack):
     return {path.name: path.read_bytes() for path in pack.iterdir()}
 
 
+def files(folder):
+    """Everything in the folder of a batch but its summary."""
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file() and path.name != "batch.json"}
+
+
 def test_packs_are_those_of_compress_byte_for_byte(batch, serial):
     for name in NAMES:
         pack = f"{name}.facezip"
         verify_pack(batch[0] / pack)
         assert content(batch[0] / pack) == content(serial / pack)
+
+
+def test_a_limit_of_memory_changes_no_byte_and_is_no_setting(scans, serial, tmp_path):
+    assert batched(tmp_path / "packs", scans / "c0", "--memory", "450M")[1]["made"] == 1
+    assert content(tmp_path / "packs" / "c0.facezip") == content(serial / "c0.facezip")
+    assert batched(tmp_path / "packs", scans / "c0")[1]["kept"] == 1
+
+
+def test_a_limit_of_memory_holds_in_every_worker(scans, tmp_path):
+    entries = batched(tmp_path / "packs", scans / "c0", "--memory", "1M", code=ExitCode.BAD_INPUT)[0]
+    assert "at least" in entries["c0"]["error"]["message"]
 
 
 def test_a_character_that_fails_stops_no_other_and_is_named(batch):
@@ -71,12 +87,12 @@ def test_a_character_that_fails_stops_no_other_and_is_named(batch):
 
 def test_a_second_run_makes_what_changed_and_keeps_the_rest(batch, scans, tmp_path):
     output, changed = tmp_path / "packs", tmp_path / "scans"
-    shutil.copytree(batch[0], output)
     shutil.copytree(scans, changed)
+    sources = [changed / name for name in NAMES]
+    batched(output, *sources)
     (output / "c1.facezip" / "neutral.png").write_bytes(b"damaged")
     texture = read_texture(changed / "c2" / "expr_0.png")
     write_texture(changed / "c2" / "expr_0.png", 255 - texture)
-    sources = [changed / name for name in NAMES]
     entries, document, _ = batched(output, *sources)
     assert [entries[name]["status"] for name in NAMES] == ["kept", "made", "made"]
     assert content(output / "c1.facezip") == content(batch[0] / "c1.facezip")
@@ -86,12 +102,30 @@ def test_a_second_run_makes_what_changed_and_keeps_the_rest(batch, scans, tmp_pa
     assert {entry["status"] for entry in entries.values()} == {"made"}
 
 
+def test_packs_of_others_are_left_alone_and_those_of_earlier_runs_stay_in_the_summary(batch, serial, scans, tmp_path):
+    output = tmp_path / "packs"
+    shutil.copytree(batch[0], output)
+    shutil.rmtree(output / "c0.facezip")
+    shutil.copytree(serial / "c1.facezip", output / "c0.facezip")
+    (output / "c1.facezip.json").unlink()
+    shutil.copytree(scans / "c0", tmp_path / "elsewhere" / "c2")
+    sources, before = (scans / "c0", scans / "c1", tmp_path / "elsewhere" / "c2"), files(output)
+    entries, _, stderr = batched(output, *sources, code=ExitCode.CANNOT_WRITE)
+    assert {entry["error"]["code"] for entry in entries.values()} == {"cannot-write"}
+    assert all(word in stderr for word in ("c0.facezip: was not made", "c1.facezip: was not made", "c2.facezip: is of"))
+    assert files(output) == before
+    entries, document, _ = batched(output, scans / "c1", "--overwrite")
+    assert {name: entry["status"] for name, entry in entries.items()} == {"c1": "made", "c2": "earlier"}
+    assert (document["made"], document["earlier"]) == (1, 1)
+    assert entries["c2"]["rmse"] == batch[1][0]["c2"]["rmse"]
+    assert json.loads((output / "batch.json").read_text()) == document
+
+
 def test_a_list_gives_each_its_settings_and_the_command_line_goes_before(scans, tmp_path):
-    paths = [f"[[character]]\npath = '{scans / name}'\ndifferences = {k + 1}\n" for k, name in enumerate(NAMES[:2])]
-    (tmp_path / "jobs.toml").write_text("weight_scale = 4\n" + "".join(paths))
+    first, second = (f"[[character]]\npath = '{scans / name}'\n" for name in NAMES[:2])
+    (tmp_path / "jobs.toml").write_text(f"method = 'paper'\ndifferences = 2\n{first}{second}differences = 1\n")
     entries, _, _ = batched(tmp_path / "packs", tmp_path / "jobs.toml")
-    assert [entries[name]["made_with"]["differences"] for name in NAMES[:2]] == [1, 2]
-    assert {entry["made_with"]["weight_scale"] for entry in entries.values()} == {4}
+    assert [entries[name]["made_with"]["differences"] for name in NAMES[:2]] == [2, 1]
     assert {entry["method"] for entry in entries.values()} == {"pca"}
 
 

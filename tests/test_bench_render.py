@@ -57,7 +57,7 @@ def test_the_same_samples_do_not_deviate_from_themselves(character_on_a_ball):
     from render.bench import Pose
 
     found = bench_metrics(character, [Pose(character.vertices[0], textures)], settings, 128)["deviation"]
-    assert {*found} == {*METRICS, "image_rmse_debiased"}
+    assert {*found} == {*METRICS, "image_rmse_debiased", "delta_e_p95_plain"}
     assert all(abs(metric["largest"]) < 0.05 for metric in found.values())
 
 

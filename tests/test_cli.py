@@ -47,6 +47,8 @@ def test_help_teaches_every_verb_and_every_exit_code():
 def test_compress_states_the_error_of_what_was_written(pack):
     path, document = pack
     assert document["seconds"] > 0
+    settings = {"differences": 4, "weight_scale": 8, "masks": 9, "seed": 0, "restarts": 100}
+    assert document["made_with"] == {"method": "paper", **settings}
     assert document["rmse"] == pytest.approx(np.mean(list(document["rmse_per_expression"].values())))
     reconstructed = read_pack(path).reconstruct("expr_0")
     original = random_character(side=64).texture("expr_0")
@@ -62,6 +64,7 @@ def test_info_states_the_costs_and_does_not_start_a_renderer(pack):
     )
     document = json.loads(done.stdout)
     assert document["bytes_on_gpu"] == 15 * 64**2 + 5 * 4 * 8**2
+    assert (document["bytes_bc7"], document["bytes_raw_bc7"]) == (5 * 64**2 + 5 * 4 * 8**2, 6 * 64**2)
     assert (document["differences"], document["weight_scale"], document["resolution"]) == (4, 8, [64, 64])
     assert document["bytes_on_disk"] == sum(file.stat().st_size for file in pack[0].iterdir())
     assert done.stderr == ""
@@ -140,6 +143,20 @@ def bad_calls(scans, pack, folder):
         "no folder to write in": (("compress", scans, "-o", "/proc/nowhere/x"), ExitCode.CANNOT_WRITE),
         "a pack of someone else": (("validate", folder / "other", pack, "-o", folder / "x"), ExitCode.BAD_INPUT),
     }
+
+
+def test_a_call_that_fails_answers_programs_too(scans, pack, tmp_path):
+    usage, wrong = ("info", "--jsom", pack[0]), ("info", tmp_path / "no.facezip")
+    for arguments, name, status in (
+        (usage, "usage", ExitCode.USAGE),
+        (wrong, "missing-file", ExitCode.BAD_INPUT),
+        (("compress", scans, "-o", scans), "cannot-write", ExitCode.CANNOT_WRITE),
+    ):
+        plain, done = run(*arguments), run(*arguments, "--json")
+        assert (done.returncode, plain.stdout, done.stderr) == (status, "", plain.stderr)
+        error = json.loads(done.stdout)["error"]
+        assert error["code"] == name
+        assert error["message"] in done.stderr
 
 
 def test_every_wrong_call_is_one_line_an_exit_code_and_no_output(scans, pack, tmp_path):

@@ -13,8 +13,9 @@ from facezip.cli import main
 from facezip.errors import ErrorCode, ExitCode
 from facezip.export import TARGETS
 from facezip.export.basis import find_package
+from facezip.surface.pack import write_surface
 from facezip.textures import read_texture_exactly
-from tests.facezip.export.conftest import smooth_model
+from tests.facezip.export.conftest import layered_model, smooth_model
 
 # The page for browsers has tests of its own: tests/browser and tests/test_view_command.py.
 ENGINES = [name for name in TARGETS if name != "web"]
@@ -44,10 +45,31 @@ def pack(tmp_path_factory):
     return path
 
 
+@pytest.fixture(scope="module")
+def layered(tmp_path_factory):
+    """The same with several maps, on two tiles."""
+    model = layered_model(smooth_model, tiles=(1001, 1002), side=32, weights=4)
+    for part in model.parts.values():
+        object.__setattr__(part, "expressions", NASTY)
+    path = tmp_path_factory.mktemp("packs") / "me.facezip"
+    write_surface(model, path, name='../"><script>x</script>')
+    return path
+
+
 @pytest.fixture(scope="module", params=ENGINES)
 def exported(request, pack):
     TARGETS[request.param](pack, pack.parent / request.param)
     return request.param, pack.parent / request.param
+
+
+@pytest.fixture(scope="module", params=[(target, which) for target in ENGINES for which in ("pack", "layered")])
+def either(request):
+    """An export of one albedo, or of several maps on two tiles."""
+    target, which = request.param
+    source = request.getfixturevalue(which)
+    folder = source.parent / f"{target}_{which}"
+    TARGETS[target](source, folder)
+    return target, folder
 
 
 def test_the_document_is_what_lies_in_the_folder(pack, tmp_path, run):
@@ -63,14 +85,32 @@ def test_the_document_is_what_lies_in_the_folder(pack, tmp_path, run):
     assert not (tmp_path / "out" / "facezip_head.gd").exists()
 
 
-def test_names_are_shown_and_do_nothing(exported, pack):
-    _, folder = exported
+def test_several_tiles_are_in_one_document_and_in_those_of_their_folders(layered, tmp_path, run):
+    out = tmp_path / "out"
+    code, answer, error = run("export", layered, "--to", "unreal", "-o", out, "--json")
+    assert (code, error) == (0, "")
+    document, stored = json.loads(answer), json.loads((out / "facezip.json").read_text())
+    assert document.pop("output") == str(out)
+    assert document.pop("bytes") == sum(file.stat().st_size for file in out.rglob("*") if file.is_file())
+    assert document == stored
+    assert list(stored["tiles"]) == ["1001", "1002"]
+    for tile, facts in stored["tiles"].items():
+        assert json.loads((out / tile / "facezip.json").read_text()) == facts
+        assert all((out / tile / entry["file"]).is_file() for entry in facts["textures"].values())
+    shown = run("export", layered, "--to", "unreal", "-o", out, "--overwrite")[1]
+    assert "normal: mip-maps" in shown
+    assert "degrees" in shown
+
+
+def test_names_are_shown_and_do_nothing(either, pack):
+    _, folder = either
     files = [file for file in folder.rglob("*") if file.is_file()]
     known = set("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._")
     assert all({*file.name} <= known for file in files)
     assert sorted(entry.name for entry in pack.parent.iterdir() if entry.name in ("owned", "x")) == []
     document = json.loads((folder / "facezip.json").read_text())
-    assert document["order"] == list(NASTY)
+    for tile in document.get("tiles", {"": document}).values():
+        assert tile["order"] == list(NASTY)
     texts = [file for file in files if file.suffix not in (".json", ".png", ".glb")]
     assert texts
     for file in texts:
@@ -139,8 +179,8 @@ def test_a_missing_encoder_is_named_with_the_command_that_installs_it(pack, tmp_
     assert list(tmp_path.iterdir()) == []
 
 
-def test_scripts_are_of_their_languages(exported):
-    target, folder = exported
+def test_scripts_are_of_their_languages(either):
+    target, folder = either
     if target == "unreal":
         ast.parse((folder / "setup_facezip.py").read_text(encoding="utf-8"))
     elif target == "godot":
@@ -153,10 +193,8 @@ def test_scripts_are_of_their_languages(exported):
             assert not parser.parse((folder / file).read_bytes()).root_node.has_error
 
 
-def test_guides_state_the_settings_that_break_a_blend(exported):
-    target, folder = exported
-    if target == "gltf":
-        return
+def test_guides_state_the_settings_that_break_a_blend(either):
+    target, folder = either
     guide = (folder / "GUIDE.md").read_text(encoding="utf-8").lower()
     assert "| neutral, differences |" in guide
     assert "| weights |" in guide

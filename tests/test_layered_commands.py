@@ -52,7 +52,8 @@ def pack(scans):
 def test_compress_states_the_error_of_each_map_as_it_was_written(scans, pack):
     path, document = pack
     assert [kind["name"] for kind in document["maps"]] == ["albedo", "normal", "roughness"]
-    assert document["made_with"]["map_weights"] == {"normal": 2}
+    stated = {"method": "refined", "differences": 2, "weight_scale": 8, "map_weights": {"normal": 2}}
+    assert document["made_with"] == stated
     assert document["rmse"] == document["errors"]["albedo"]["rmse"]
     surface, model = load_surface(scans), read_surface(path)
     kind, seen = surface.maps[1], []
@@ -69,6 +70,8 @@ def test_info_and_verify_take_it(pack):
     facts = json.loads(run("info", pack[0], "--json").stdout)
     # Two tiles of 64 x 32: three textures of six channels, and weight maps of 6 expressions once.
     assert facts["bytes_on_gpu"] == 2 * (3 * 6 * 64 * 32 + 6 * 4 * 8 * 4)
+    assert facts["bytes_bc7"] == 2 * (3 * 3 * 64 * 32 + 6 * 4 * 8 * 4)
+    assert facts["bytes_raw_bc7"] == 2 * 7 * 3 * 64 * 32
     assert facts["fetches"] == 3 * 3 + 1
     assert [tile["tile"] for tile in facts["tiles"]] == [1001, 1002]
     assert "1001, 1002" in run("info", pack[0]).stdout

@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
@@ -11,11 +11,21 @@ from typing import Any
 
 import click
 
+from facezip import scratch
 from facezip.batch import finished
 from facezip.batch.jobs import Job, find_jobs
 from facezip.batch.workers import crew
 from facezip.commands import options
-from facezip.commands.compress import FIT, GOALS, check_together, compress_into, fit_options, given, misregistered
+from facezip.commands.compress import (
+    FIT,
+    GOALS,
+    check_together,
+    compress_into,
+    fit_options,
+    given,
+    misregistered,
+    scratch_folder,
+)
 from facezip.commands.options import megabytes
 from facezip.errors import ErrorCode, ExitCode, FaceZipError
 from facezip.writing import alone, write_whole
@@ -29,6 +39,8 @@ FILE_NAME = "batch.json"
 @click.option("-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder for the packs.")
 @fit_options
 @options.worker_options
+@options.memory_of_each
+@options.overwrite
 @options.as_json
 @click.pass_context
 def command(
@@ -38,6 +50,8 @@ def command(
     output: Path,
     workers: int | None,
     scheduler: str | None,
+    memory: int | None,
+    overwrite: bool,
     as_json: bool,
     **settings: Any,
 ) -> int:
@@ -45,36 +59,52 @@ def command(
 
     A CHARACTER is a folder of scans or a .glb file, a folder of such, or a list .toml of them with settings of their
     own. Started again, it does only what is missing: a pack stays if it is intact and its scans and settings have not
-    changed. A character that fails stops no other and is named at the end. Without --workers, there is one a core.
+    changed, and is made again if they have. One that another character or command made is left alone, but for
+    --overwrite. A character that fails stops no other and is named at the end. Without --workers, there is one a core.
     """
     begin = perf_counter()
     jobs = [_resolved(context, job, settings) for job in find_jobs(characters)]
     with crew(workers, scheduler, len(jobs)) as hands, _batch_folder(output):
-        tasks = {job.name: (job.character.absolute(), output.absolute(), job.name, job.settings) for job in jobs}
+        folder = output.absolute()
+        tasks = {
+            job.name: (job.character.absolute(), folder, job.name, job.settings, overwrite, memory) for job in jobs
+        }
         outcomes = hands.outcomes(compress_unless_finished, tasks, "Compressing characters")
         entries = [_entry(job, output, outcomes[job.name]) for job in jobs]
+        warnings = [
+            misregistered(one["character"], one["misregistered"]) for one in entries if one.get("misregistered")
+        ]
+        entries += _earlier(output, tasks)
         document = {"format": FORMAT, "output": str(output), "characters": entries, **_counts(entries)}
         document["seconds"] = round(perf_counter() - begin, 3)
         write_whole(output / FILE_NAME, json.dumps(document, indent=1, allow_nan=False).encode())
     errors = {name: outcome for name, outcome in outcomes.items() if isinstance(outcome, FaceZipError)}
     options.answer(document, as_json, lambda: _lines(document))
-    for entry in document["characters"]:
-        if entry.get("misregistered"):
-            click.echo(misregistered(entry["character"], entry["misregistered"]), err=True)
-    for name, error in errors.items():
-        click.echo(f"facezip: {name}: {error}", err=True)
+    for line in (*warnings, *(f"facezip: {name}: {error}" for name, error in errors.items())):
+        click.echo(line, err=True)
     return max((error.exit_code for error in errors.values()), default=ExitCode.DONE)
 
 
-def compress_unless_finished(character: Path, folder: Path, name: str, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """One task: the document of ``facezip compress``, and whether the pack was ``made`` now or ``kept``."""
+def compress_unless_finished(
+    character: Path,
+    folder: Path,
+    name: str,
+    settings: Mapping[str, Any],
+    overwrite: bool = False,
+    memory: int | None = None,
+) -> dict[str, Any]:
+    """One task: the document of ``facezip compress``, and whether the pack was ``made`` now or ``kept``.
+
+    Where arrays wait changes no byte: ``memory`` is no part of what a pack was made with.
+    """
     pack = folder / f"{name}.facezip"
     digest = finished.digest_of(character, settings)
     document = finished.find(pack, digest)
     if document is not None:
         return {"status": "kept", **document}
-    document = compress_into(character, pack, settings, overwrite=True)
-    finished.keep(pack, digest, document)
+    with finished.claimed(pack, character, digest, overwrite), scratch.limited(memory, scratch_folder(pack)):
+        document = compress_into(character, pack, settings, overwrite=True)
+    finished.keep(pack, character, digest, document)
     return {"status": "made", **document}
 
 
@@ -87,8 +117,8 @@ def _resolved(context: click.Context, job: Job, settings: Mapping[str, Any]) -> 
             ErrorCode.BAD_VALUE, f"{job.name}: '{unknown[0]}' is no setting; there are name, path, {', '.join(known)}"
         )
     listed = {name: known[name].type_cast_value(context, value) for name, value in job.settings.items()}
-    on_line = given(context) & {*known}
-    whole = {**settings, **listed, **{name: settings[name] for name in on_line}}
+    on_line = given(context) & {*known, "memory"}
+    whole = {**settings, **listed, **{name: settings[name] for name in on_line & {*known}}}
     check_together(on_line | {*listed}, whole)
     return replace(job, settings=whole)
 
@@ -116,20 +146,30 @@ def _entry(job: Job, output: Path, outcome: dict[str, Any] | FaceZipError) -> di
     return {**outcome, **about, "pack": str(output / f"{job.name}.facezip")}
 
 
+def _earlier(output: Path, names: Container[str]) -> list[dict[str, Any]]:
+    """The entries of what earlier runs have left in the folder."""
+    return [
+        {"status": "earlier", **document, "name": name, "pack": str(output / f"{name}.facezip")}
+        for name, document in finished.earlier(output, names).items()
+    ]
+
+
 def _counts(entries: list[dict[str, Any]]) -> dict[str, Any]:
     status = Counter(entry["status"] for entry in entries)
     failed = [entry["name"] for entry in entries if entry["status"] == "failed"]
-    return {"made": status["made"], "kept": status["kept"], "failed": failed}
+    return {**{word: status[word] for word in ("made", "kept", "earlier")}, "failed": failed}
 
 
 def _lines(document: Mapping[str, Any]) -> list[str]:
-    width = max(len(entry["name"]) for entry in document["characters"])
+    entries = [entry for entry in document["characters"] if entry["status"] != "earlier"]
+    width = max(len(entry["name"]) for entry in entries)
     lines = [f"{'':{width}}  status    RMSE   seconds    on GPU"]
-    for entry in document["characters"]:
+    for entry in entries:
         row = f"{entry['name']:{width}}  {entry['status']:6}"
         if entry["status"] != "failed":
             row += f"  {entry['rmse']:6.2f}  {entry['seconds']:8.1f}  {megabytes(entry['bytes_on_gpu']):>9}"
         lines.append(row)
     failed = f", {len(document['failed'])} failed" if document["failed"] else ""
-    done = f"{document['made']} made, {document['kept']} kept{failed}"
+    others = f", {document['earlier']} of earlier runs" if document["earlier"] else ""
+    done = f"{document['made']} made, {document['kept']} kept{failed}{others}"
     return [*lines, f"{document['output']}: {done}, {document['seconds']:.1f} s"]

@@ -65,8 +65,10 @@ def candidate(surface: Surface, path: Path) -> "Candidate":
         return Candidate(path.stem, _skin(surface, _of_model(model)), {**facts, **_errors(surface, errors)})
     other = load_surface(path)
     _check_same(surface, path, other)
-    raw = SurfaceFootprint.of_scans(other).bytes_raw
+    cost = SurfaceFootprint.of_scans(other)
+    raw, blocks = cost.bytes_raw, cost.bytes_raw_bc7
     facts = {"method": "textures", "bytes_on_gpu": raw, "bytes_on_disk": None, "bytes_raw": raw, "fetches": None}
+    facts |= {"bytes_bc7": blocks, "bytes_raw_bc7": blocks}
     errors = texture_surface_errors(surface, other)
     return Candidate(other.whole.name, staged_original(other), {**facts, **_errors(surface, errors)})
 

@@ -1,5 +1,6 @@
 """``facezip compress``: a character in, a pack out, with the error of what was written."""
 
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -11,19 +12,20 @@ import numpy as np
 from click.core import ParameterSource
 from numpy.typing import NDArray
 
+from facezip import scratch
 from facezip.alignment import alignments
 from facezip.character import Character
 from facezip.choice import Choice, choose
 from facezip.commands import options
-from facezip.commands.facts import pack_facts
+from facezip.commands.facts import memory_words, pack_facts
 from facezip.commands.layered import compress_layered, layered_lines, parse_map_weights
 from facezip.commands.options import megabytes
 from facezip.manifest import read_manifest
-from facezip.measure import mean_rmse, model_errors
-from facezip.methods import METHODS, Settings, check, compress
+from facezip.measure import mean_rmse, pack_errors
+from facezip.methods import METHODS, Settings, check, compress, made_with
 from facezip.model import CompressedTextures
 from facezip.names import printable
-from facezip.pack import is_pack, read_pack, write_pack
+from facezip.pack import is_pack, write_pack
 from facezip.surface.folder import load_surface
 from facezip.surface.maps import ALBEDO
 from facezip.surface.scans import Surface
@@ -32,6 +34,8 @@ from facezip.writing import check_target
 
 # In the order in which a pack states them.
 FIT = ("method", "differences", "weight_scale", "masks", "restarts", "seed")
+# Those that hold nothing as large as a texture.
+STREAMED = ("refined", "pca")
 GOALS = ("target_rmse", "budget_mb")
 DEFAULTS = {"method": "refined", **{name: getattr(Settings, name) for name in FIT[1:]}, **dict.fromkeys(GOALS)}
 
@@ -43,7 +47,7 @@ def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
         _fit("differences", "R", "Number of difference textures."),
         _fit("weight_scale", "S", "Weight maps are 1/S as wide."),
         _fit("target_rmse", "X", "Choose R and S: least memory with at most this error.", float),
-        _fit("budget_mb", "X", "Choose R and S: least error in this GPU memory.", float),
+        _fit("budget_mb", "X", "Choose R and S: least error in this GPU memory, 8 bits a channel.", float),
         _fit("masks", "K", "Masks on the face (paper)."),
         _fit("restarts", "N", "Random starts of the stitching (paper)."),
         _fit("seed", "S", "Of what is random (paper)."),
@@ -69,6 +73,7 @@ def _fit(name: str, metavar: str | None, help_: str | None, kind: Any = int) -> 
     "--map-weight", "map_weights", multiple=True, metavar="MAP=W", help="How much a map counts.  [default: 1]"
 )
 @click.option("--float", "keep_floats", is_flag=True, help="Keep floats outside 0..1, with their range.")
+@options.memory
 @options.overwrite
 @options.as_json
 @click.pass_context
@@ -80,6 +85,7 @@ def command(
     importance: Path | None,
     map_weights: tuple[str, ...],
     keep_floats: bool,
+    memory: int | None,
     overwrite: bool,
     as_json: bool,
     **settings: Any,
@@ -91,18 +97,24 @@ def command(
     NAME.specular.png and NAME.cavity.png beside them share the weight maps; NAME.1001.png … are UDIM tiles.
     """
     check_together(given(context), settings, importance)
-    document = compress_into(
-        character,
-        output,
-        settings,
-        overwrite,
-        importance,
-        parse_map_weights(map_weights),
-        keep_floats,
-        lambda line: click.echo(line, err=True),
-    )
+    with scratch.limited(memory, scratch_folder(output)):
+        document = compress_into(
+            character,
+            output,
+            settings,
+            overwrite,
+            importance,
+            parse_map_weights(map_weights),
+            keep_floats,
+            lambda line: click.echo(line, err=True),
+        )
     lines = layered_lines if "errors" in document else _lines
     options.answer(document, as_json, lambda: lines(document))
+
+
+def scratch_folder(output: Path) -> Path | None:
+    """Where arrays wait: on the disk of the output, or where ``TMPDIR`` says; often the system's folder is memory."""
+    return None if os.environ.get("TMPDIR") else next(path for path in output.absolute().parents if path.is_dir())
 
 
 def given(context: click.Context) -> set[str]:
@@ -119,6 +131,8 @@ def check_together(names: set[str], settings: Mapping[str, Any], importance: Pat
         raise click.UsageError("--target-rmse, --budget-mb and --importance need --method refined")
     if method == "refined" and names & {"masks", "restarts"}:
         raise click.UsageError("--masks and --restarts are of the paper's method: add --method paper")
+    if "memory" in names and method not in STREAMED:
+        raise click.UsageError(f"--memory needs --method {' or '.join(STREAMED)}: the paper's holds all textures")
 
 
 def compress_into(
@@ -172,17 +186,17 @@ def _compress_albedo(
     importance: Path | None,
 ) -> dict[str, Any]:
     weights = None if importance is None else read_values(importance)
-    made_with = dict(fit)
+    stated = made_with(fit["method"], fit)
     if any(settings[goal] is not None for goal in GOALS):
         choice = _chosen(scans, settings, weights)
         model = choice.model
-        made_with |= {"differences": choice.trial.differences, "weight_scale": choice.trial.weight_scale}
-        made_with |= {goal: settings[goal] for goal in GOALS}
+        stated |= {"differences": choice.trial.differences, "weight_scale": choice.trial.weight_scale}
+        stated |= {goal: settings[goal] for goal in GOALS if settings[goal] is not None}
     else:
-        choice, model = None, compress(scans, **made_with, importance=weights)
+        choice, model = None, compress(scans, **fit, importance=weights)
     if importance is not None:
-        made_with["importance"] = importance.name
-    document = write_measured(scans, model, output, overwrite, made_with)
+        stated["importance"] = importance.name
+    document = write_measured(scans, model, output, overwrite, stated)
     if choice:
         document |= {"choice": {"reason": choice.reason, "tried": [asdict(trial) for trial in choice.tried]}}
     return document
@@ -213,12 +227,15 @@ def _chosen(scans: Character, settings: Mapping[str, Any], weights: NDArray[np.f
 
 
 def write_measured(
-    scans: Character, model: CompressedTextures, output: Path, overwrite: bool, settings: dict[str, Any]
+    scans: Character, model: CompressedTextures, output: Path, overwrite: bool, stated: dict[str, Any]
 ) -> dict[str, Any]:
-    """Write the pack, read it back, and describe it: facts, ``rmse`` and ``rmse_per_expression`` (0..255)."""
+    """Write the pack, read it back, and describe it: facts, ``rmse`` and ``rmse_per_expression`` (0..255).
+
+    ``stated`` is what the pack says of how it was made.
+    """
     bits = 8 if scans.neutral.itemsize == 1 else 16
-    write_pack(model, output, neutral_bits=bits, made_with=settings, overwrite=overwrite)
-    errors = model_errors(scans, read_pack(output))
+    write_pack(model, output, neutral_bits=bits, made_with=stated, overwrite=overwrite)
+    errors = pack_errors(scans, output)
     return {
         **pack_facts(output, read_manifest(output)),
         "rmse": mean_rmse(errors),
@@ -230,8 +247,7 @@ def write_measured(
 def _lines(document: dict[str, Any]) -> list[str]:
     errors = document["rmse_per_expression"]
     worst, best = max(errors, key=errors.__getitem__), min(errors, key=errors.__getitem__)
-    gpu, raw, disk = (megabytes(document[key]) for key in ("bytes_on_gpu", "bytes_raw", "bytes_on_disk"))
-    saving = document["bytes_raw"] / document["bytes_on_gpu"]
+    blocks, plain = memory_words(document)
     chosen = [f"  chosen   {document['choice']['reason']}"] if "choice" in document else []
     return [
         f"{document['pack']}: {len(errors)} expressions in {document['differences']} difference textures, "
@@ -239,6 +255,7 @@ def _lines(document: dict[str, Any]) -> list[str]:
         f"  RMSE     {document['rmse']:.2f} of 255 ({document['region']}); worst {worst} {errors[worst]:.2f}, "
         f"best {best} {errors[best]:.2f}",
         *chosen,
-        f"  GPU      {gpu} instead of {raw} ({saving:.1f}x less), {document['fetches']} fetches a pixel",
-        f"  on disk  {disk}",
+        f"  GPU      {blocks}",
+        f"           {plain}",
+        f"  on disk  {megabytes(document['bytes_on_disk'])}",
     ]

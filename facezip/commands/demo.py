@@ -9,9 +9,9 @@ import click
 from facezip.character import Character, load_character, save_character
 from facezip.commands import options
 from facezip.commands.candidates import candidate
-from facezip.commands.compress import write_measured
+from facezip.commands.compress import DEFAULTS, write_measured
 from facezip.measure import mean_rmse, texture_errors
-from facezip.methods import compress
+from facezip.methods import compress, made_with
 from facezip.surface.scans import Surface
 from facezip.writing import whole_folder
 
@@ -51,9 +51,8 @@ def command(
     with whole_folder(output, overwrite, _is_demo) as folder:
         save_character(make_character(resolution, expressions, seed), folder / "character")
         scans = load_character(folder / "character")
-        settings: dict[str, Any] = {"method": "refined", "seed": seed}
         pack = folder / PACK
-        compressed = write_measured(scans, compress(scans, **settings), pack, False, settings)
+        compressed = write_measured(scans, compress(scans), pack, False, made_with(DEFAULTS["method"], DEFAULTS))
         (folder / REPORT).mkdir()
         document = validate(
             scans,
@@ -113,7 +112,7 @@ def _lines(answer: dict[str, Any]) -> list[str]:
     pack = answer["packs"][0]
     return [
         f"{answer['output']}: {len(answer['expressions'])} expressions, texture RMSE {answer['rmse']:.2f} of 255, "
-        f"{answer['bytes_raw'] / answer['bytes_on_gpu']:.1f}x less GPU memory, {answer['seconds']:.0f} s",
+        f"{answer['bytes_raw_bc7'] / answer['bytes_bc7']:.1f}x less GPU memory in BC7, {answer['seconds']:.0f} s",
         f"  {pack['verdict']}",
         f"  open {answer['report']}",
     ]

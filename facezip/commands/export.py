@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from inspect import signature
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 import click
@@ -28,7 +29,7 @@ MIPS = {
 @click.option(
     "--textures",
     type=click.Choice(["png", "dds", "ktx2"]),
-    help="Of neutral and differences: png (default), or blocks with fitted mip-maps: BC7, in ktx2 for gltf UASTC.",
+    help="Of neutrals and differences: png (default), or blocks with fitted mip-maps: BC7, in ktx2 for gltf UASTC.",
 )
 @click.option(
     "--character", type=options.FOLDER, metavar="FOLDER", help="Its originals come along, to compare with (web)."
@@ -47,6 +48,7 @@ def command(
     """Write PACK with what an engine needs to show it: textures, mesh, shader, script and a page that explains them.
 
     DIR/facezip.json names every file and holds the numbers that turn texels into values; docs/engines.md explains it.
+    Of several maps all are written, of several UDIM tiles each into a folder of its number.
     For web it is the viewer as one HTML file that opens from disk.
     """
     given: dict[str, Any] = {"textures": textures, "character": character}
@@ -60,20 +62,30 @@ def command(
 
 
 def _lines(document: Mapping[str, Any]) -> list[str]:
+    """What was measured, of each map; means over tiles where there are several."""
     lines = [f"{document['output']}: {megabytes(document['bytes'])}"]
-    codec = document.get("codec", {})
-    if "rmse" in codec:
-        lines.append(
-            f"  {codec['name']:8s} adds RMSE {codec['rmse']:.2f} of 255 to the expressions "
-            f"({codec['rmse_without_fit']:.2f} without fitting each map to what was lost of the others)"
-        )
-    levels = document.get("mips", [])[1:5]
-    if levels:
-        sizes = ", ".join(str(level["size"][1]) for level in levels)
-        lines.append(f"  mip-maps at {sizes} texels: RMSE to averaged light")
-        lines += [f"    {_errors(levels, kind)} {words}" for kind, words in MIPS.items() if kind in levels[0]]
+    tiles = [*document.get("tiles", {"": document}).values()]
+    for name in tiles[0].get("maps", {}):
+        lines += _map_lines(name, tiles[0]["codec"]["name"], [tile["maps"][name] for tile in tiles])
     return lines
 
 
-def _errors(levels: Sequence[Mapping[str, Any]], kind: str) -> str:
-    return ", ".join(f"{level[kind]:.2f}" for level in levels)
+def _map_lines(name: str, codec: str, tiles: Sequence[Mapping[str, Any]]) -> list[str]:
+    measure, unit = ("angular_error", "degrees") if tiles[0]["encoding"] == "normal" else ("rmse", "of 255")
+    lines = []
+    if "codec" in tiles[0]:
+        adds, without = (fmean(tile["codec"][key] for tile in tiles) for key in (measure, f"{measure}_without_fit"))
+        lines.append(
+            f"  {name}: {codec} adds {adds:.2f} {unit} to the expressions "
+            f"({without:.2f} without fitting each texture to what was lost of the others)"
+        )
+    levels = list(zip(*(tile["mips"][1:5] for tile in tiles), strict=False))
+    if levels:
+        sides = ", ".join(f"1/{2 ** (number + 1)}" for number in range(len(levels)))
+        lines.append(f"  {name}: mip-maps of {sides} of the side: errors ({unit}) of expressions seen from afar")
+        lines += [f"    {_errors(levels, kind)} {words}" for kind, words in MIPS.items() if kind in levels[0][0]]
+    return lines
+
+
+def _errors(levels: Sequence[Sequence[Mapping[str, Any]]], kind: str) -> str:
+    return ", ".join(f"{fmean(tile[kind] for tile in level):.2f}" for level in levels)

@@ -1,8 +1,10 @@
 """What commands and reports say about a pack."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from facezip.commands.options import megabytes
 from facezip.manifest import Manifest
 from facezip.surface.manifest import AnyManifest, SurfaceManifest
 from facezip.verification import bytes_on_disk
@@ -20,10 +22,24 @@ def pack_facts(path: Path, manifest: AnyManifest) -> dict[str, Any]:
         "bytes_on_gpu": cost.bytes_on_gpu,
         "bytes_on_disk": bytes_on_disk(path),
         "bytes_raw": cost.bytes_raw,
+        "bytes_bc7": cost.bytes_bc7,
+        "bytes_raw_bc7": cost.bytes_raw_bc7,
         "fetches": cost.fetches,
         "vertices": manifest.vertices,
         "made_with": manifest.made_with,
     }
+
+
+def memory_words(facts: Mapping[str, Any]) -> tuple[str, str]:
+    """GPU memory and fetches in the blocks that engines hold, and memory as the paper counts it."""
+    (blocks, raw_blocks), (eight, raw) = (
+        (megabytes(facts[ours]), f"{megabytes(facts[theirs])} ({facts[theirs] / facts[ours]:.1f}x less)")
+        for ours, theirs in (("bytes_bc7", "bytes_raw_bc7"), ("bytes_on_gpu", "bytes_raw"))
+    )
+    return (
+        f"{blocks} instead of {raw_blocks} in BC7, {facts['fetches']} fetches a pixel",
+        f"{eight} instead of {raw} at 8 bits a channel",
+    )
 
 
 def _of_one(manifest: Manifest) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from facezip.commands import options
-from facezip.commands.facts import pack_facts
+from facezip.commands.facts import memory_words, pack_facts
 from facezip.commands.options import megabytes
 from facezip.surface.manifest import read_any_manifest
 
@@ -26,15 +26,15 @@ def command(pack: Path, as_json: bool) -> None:
 def _lines(facts: dict[str, Any]) -> list[str]:
     height, width = facts["resolution"]
     maps = f"at 1/{facts['weight_scale']}" if facts["weight_scale"] else "uniform"
-    saving = facts["bytes_raw"] / facts["bytes_on_gpu"]
-    raw, gpu, disk = (megabytes(facts[key]) for key in ("bytes_raw", "bytes_on_gpu", "bytes_on_disk"))
+    blocks, plain = memory_words(facts)
     return [
         f"{facts['name']}  {width}x{height}, {facts['channels']} channels, method {facts['method']}",
         *_several(facts),
         f"  textures     1 neutral, {facts['differences']} differences, weight maps {maps}",
         f"  expressions  {len(facts['expressions'])}: {', '.join(facts['expressions'])}",
-        f"  on the GPU   {gpu} instead of {raw} ({saving:.1f}x less), {facts['fetches']} fetches a pixel",
-        f"  on disk      {disk}",
+        f"  on the GPU   {blocks}",
+        f"               {plain}",
+        f"  on disk      {megabytes(facts['bytes_on_disk'])}",
         *(f"  {key:<12} {value}" for key, value in facts["made_with"].items() if not isinstance(value, dict)),
     ]
 

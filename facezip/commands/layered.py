@@ -4,9 +4,10 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from facezip.commands.facts import pack_facts
+from facezip.commands.facts import memory_words, pack_facts
 from facezip.commands.options import megabytes
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.methods import made_with
 from facezip.surface.errors import surface_errors
 from facezip.surface.joint import compress_surface
 from facezip.surface.manifest import read_any_manifest
@@ -21,15 +22,15 @@ def compress_layered(
 ) -> dict[str, Any]:
     """Fit and write the pack, read it back, and describe it: facts, and the errors of every map."""
     model = compress_surface(surface, **settings, map_weights=map_weights)
-    made_with = {**settings, "map_weights": dict(map_weights)} if map_weights else settings
-    return write_measured_surface(surface, model, output, overwrite, made_with)
+    stated = made_with(settings["method"], settings) | ({"map_weights": dict(map_weights)} if map_weights else {})
+    return write_measured_surface(surface, model, output, overwrite, stated)
 
 
 def write_measured_surface(
-    surface: Surface, model: CompressedSurface, output: Path, overwrite: bool, made_with: dict[str, Any]
+    surface: Surface, model: CompressedSurface, output: Path, overwrite: bool, stated: dict[str, Any]
 ) -> dict[str, Any]:
     """As :func:`facezip.commands.compress.write_measured`, with ``errors`` by map; ``rmse`` is that of the albedo."""
-    write_surface(model, output, neutral_bits=surface.neutral_bits, made_with=made_with, overwrite=overwrite)
+    write_surface(model, output, neutral_bits=surface.neutral_bits, made_with=stated, overwrite=overwrite)
     errors = surface_errors(surface, read_surface(output))
     masked = any(part.mask is not None for part in surface.parts.values())
     return {
@@ -55,16 +56,16 @@ def parse_map_weights(pairs: Iterable[str]) -> dict[str, float]:
 
 def layered_lines(document: Mapping[str, Any]) -> list[str]:
     """What a person reads of :func:`compress_layered`."""
-    gpu, raw, disk = (megabytes(document[key]) for key in ("bytes_on_gpu", "bytes_raw", "bytes_on_disk"))
+    blocks, plain = memory_words(document)
     tiles = len(document["tiles"])
     return [
         f"{document['pack']}: {len(document['expressions'])} expressions, {len(document['maps'])} map(s) on {tiles} "
         f"tile{'s' * (tiles > 1)}, {document['differences']} difference textures each, method {document['method']}, "
         f"{document['seconds']:.1f} s",
         *(f"  {name:<10} {error_words(found)}" for name, found in document["errors"].items()),
-        f"  GPU        {gpu} instead of {raw} ({document['bytes_raw'] / document['bytes_on_gpu']:.1f}x less), "
-        f"{document['fetches']} fetches a pixel",
-        f"  on disk    {disk}",
+        f"  GPU        {blocks}",
+        f"             {plain}",
+        f"  on disk    {megabytes(document['bytes_on_disk'])}",
     ]
 
 

@@ -1,6 +1,7 @@
 """Options that several verbs share, and the two ways in which a verb answers."""
 
 import json
+import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,22 @@ FOLDER = click.Path(path_type=Path)
 
 as_json = click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout, nothing else there.")
 overwrite = click.option("--overwrite", is_flag=True, help="Replace an output that facezip made before.")
+
+
+def _bytes(context: click.Context, option: click.Parameter, value: str | None) -> int | None:
+    """A size such as 2G or 800M, in powers of ten."""
+    found = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?)([MGT])B?", value.upper()) if value else None
+    if value and not found:
+        raise click.BadParameter(f"'{value}' is no size; say it in megabytes or gigabytes, as 800M or 2G")
+    return round(float(found[1]) * {"M": 1e6, "G": 1e9, "T": 1e12}[found[2]]) if found else None
+
+
+def _memory(taken: str) -> Callable[..., Any]:
+    text = f"Most memory that {taken}, such as 2G; the rest waits on the disk.  [default: what it takes]"
+    return click.option("--memory", callback=_bytes, metavar="SIZE", help=text)
+
+
+memory, memory_of_each = _memory("is taken"), _memory("each worker takes")
 
 
 def worker_options(command: Callable[..., Any]) -> Callable[..., Any]:

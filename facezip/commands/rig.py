@@ -11,11 +11,12 @@ import click
 
 from facezip.character import NEUTRAL, Character, load_character
 from facezip.commands import options
+from facezip.commands.compress import DEFAULTS
 from facezip.commands.facts import pack_facts
 from facezip.commands.options import megabytes
 from facezip.manifest import read_manifest
 from facezip.meshes import write_obj
-from facezip.methods import METHODS, compress
+from facezip.methods import METHODS, compress, made_with
 from facezip.pack import is_pack, write_pack
 from facezip.progress import track
 from facezip.rigging.fit import Rig, fit_rig
@@ -73,7 +74,8 @@ def command(
         _write_shapes(folder / SHAPES, scans, wanted, rig)
         pack = folder / f"{scans.name}.facezip"
         bits = 8 if scans.neutral.itemsize == 1 else 16
-        write_pack(made.model, pack, name=scans.name, neutral_bits=bits, made_with={**settings, "rig": template.name})
+        stated = made_with(method, DEFAULTS | {"seed": seed}) | {"maps": maps, "rig": template.name}
+        write_pack(made.model, pack, name=scans.name, neutral_bits=bits, made_with=stated)
         seconds["total"] = perf_counter() - begin
         document = _describe(scans, wanted, rig) | {
             "pack": {"path": str(output / pack.name), **pack_facts(pack, read_manifest(pack))},
@@ -131,6 +133,7 @@ def _lines(answer: Mapping[str, Any]) -> list[str]:
     left, size = fit[worst]["rms_left"], fit[worst]["rms_displacement"]
     unseen = answer["unseen_shapes"]
     pack = answer["pack"]
+    gpu = f"{megabytes(pack['bytes_bc7'])} on the GPU in BC7, {pack['fetches']} fetches a pixel"
     return [
         f"{answer['output']}: {len(answer['shapes'])} shapes from {len(fit)} scans, rigged in "
         f"{answer['seconds']['rig']:.1f} s of {answer['seconds']['total']:.1f} s",
@@ -138,5 +141,5 @@ def _lines(answer: Mapping[str, Any]) -> list[str]:
         f"  B        rank {answer['rank']} of {len(fit)}, condition {answer['condition']:.3g}",
         f"  unseen   {len(unseen)} shapes hardly in any scan: nearly the template's motion and the neutral's texture"
         + (f": {', '.join(unseen)}" if unseen else ""),
-        f"  pack     {pack['path']}, {megabytes(pack['bytes_on_gpu'])} on the GPU, {pack['fetches']} fetches a pixel",
+        f"  pack     {pack['path']}, {gpu}",
     ]

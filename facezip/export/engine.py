@@ -1,12 +1,11 @@
 """What exports to all engines share: files from templates, and the head as a GLB."""
 
-import tempfile
 from pathlib import Path
 
 from facezip.export.gltf import GLB_FILE, write_glb
-from facezip.export.shaders import render
+from facezip.export.maps import Format
+from facezip.export.shaders import Dialect, render, shader_words
 from facezip.export.source import Source
-from facezip.textures import write_texture
 
 
 def write_text(folder: Path, files: dict[str, str], words: dict[str, object]) -> None:
@@ -16,11 +15,9 @@ def write_text(folder: Path, files: dict[str, str], words: dict[str, object]) ->
         (folder / file).write_text(render(template, **words), encoding="utf-8")
 
 
-def write_head(source: Source, folder: Path) -> None:
-    """Write the head with its morph targets, where the pack has meshes; its own colour is the neutral as PNG."""
-    if source.model.meshes is None:
-        return
-    with tempfile.TemporaryDirectory() as place:
-        neutral = Path(place) / "neutral.png"
-        write_texture(neutral, source.neutral_texels)
-        write_glb(source, folder / GLB_FILE, neutral)
+def write_head(source: Source, folder: Path, files: dict[str, str], dialect: Dialect, form: Format) -> None:
+    """Write what tiles share: ``files``, and where the pack has meshes the head, which shows its neutral as PNG."""
+    tiles = [tile.layout.number for tile in source.tiles]
+    write_text(folder, files, shader_words(source.tiles[0], dialect) | {"suffix": form.suffix, "tiles": tiles})
+    if source.surface.meshes is not None:
+        write_glb(source, folder / GLB_FILE)

@@ -8,7 +8,8 @@ from typing import Any
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.export.maps import Format, write_maps
-from facezip.export.source import Source, read_source
+from facezip.export.source import Source, Tile, read_source
+from facezip.footprint import SLOTS_PER_LAYER
 from facezip.writing import whole_folder
 
 FILE_NAME = "facezip.json"
@@ -23,17 +24,19 @@ class Target:
     ----------
     name : as the command line calls it.
     formats : how it takes textures, by the words of ``--textures``.
-    write : adds the engine's own files to a folder that holds the textures.
+    write_tile : adds the material of a tile to a folder that holds its textures.
+    write_head : adds what all tiles share to the folder of them all, which is that of the tile where there is one.
     upside_down : whether it keeps the last row of a texture first.
     """
 
     name: str
     formats: dict[str, Format]
-    write: Callable[[Source, Path, Format], None]
+    write_tile: Callable[[Tile, Path], None]
+    write_head: Callable[[Source, Path, Format], None]
     upside_down: bool = False
 
     def __call__(self, pack: Path, output: Path, *, textures: str = "png", overwrite: bool = False) -> dict[str, Any]:
-        """Export a pack into the folder ``output``.
+        """Export a pack into the folder ``output``; of several tiles, each into a folder of its number in there.
 
         Returns
         -------
@@ -42,19 +45,33 @@ class Target:
         Raises
         ------
         FaceZipError
-            What :func:`facezip.read_pack` and :func:`facezip.writing.whole_folder` raise; ``BAD_VALUE`` where the
+            What :func:`facezip.read_surface` and :func:`facezip.writing.whole_folder` raise; ``BAD_VALUE`` where the
             engine takes no such textures.
         """
         form = self._format(textures)
         source = read_source(pack)
+        form.check(source)
         with whole_folder(output, overwrite, is_export) as folder:
-            document = {"format": FORMAT, "target": self.name, **describe(source)}
-            document |= write_maps(source, folder, form, self.upside_down)
-            self.write(source, folder, form)
-            text = json.dumps(document, indent=1, allow_nan=False)
-            (folder / FILE_NAME).write_text(text + "\n", encoding="utf-8")
+            tiles = {str(tile.layout.number): self._tile(source, tile, folder, form) for tile in source.tiles}
+            self.write_head(source, folder, form)
+            document = self._whole(source, tiles)
+            _write(document, folder)
             size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
         return {**document, "output": str(output), "bytes": size}
+
+    def _tile(self, source: Source, tile: Tile, place: Path, form: Format) -> dict[str, Any]:
+        folder = source.folder_of(tile, place)
+        folder.mkdir(exist_ok=True)
+        document = {"format": FORMAT, "target": self.name, **describe(tile)}
+        document |= write_maps(tile, folder, form, self.upside_down)
+        self.write_tile(tile, folder)
+        _write(document, folder)
+        return document
+
+    def _whole(self, source: Source, tiles: dict[str, dict[str, Any]]) -> dict[str, Any]:
+        if len(tiles) == 1:
+            return next(iter(tiles.values()))
+        return {"format": FORMAT, "target": self.name, "name": source.name, "tiles": tiles}
 
     def _format(self, textures: str) -> Format:
         if textures not in self.formats:
@@ -63,19 +80,20 @@ class Target:
         return self.formats[textures]
 
 
-def describe(source: Source) -> dict[str, Any]:
-    """What an engine has to know of a pack, by names: morph target, and place among the weight maps, of each."""
-    manifest, columns = source.manifest, source.manifest.weight_columns
+def describe(tile: Tile) -> dict[str, Any]:
+    """What an engine has to know of a tile, by names: morph target, and place among the weight maps, of each."""
+    columns, first = tile.layout.weight_columns, tile.sheets[0]
     return {
-        "name": manifest.name,
-        "resolution": list(manifest.size),
-        "channels": manifest.channels,
-        "layers": max(manifest.footprint.layers, -(-len(manifest.difference_scale) // 4)),
-        "weight_size": list(manifest.weight_size),
-        "order": list(manifest.expressions),
+        "name": tile.name,
+        "tile": tile.layout.number,
+        "resolution": list(first.size),
+        "channels": first.model.neutral.shape[2],
+        "layers": -(-len(tile.layout.weight_scale) // SLOTS_PER_LAYER),
+        "weight_size": list(tile.layout.weight_size),
+        "order": list(tile.expressions),
         "expressions": {
             name: {"morph_target": n, "weight_tile": [n % columns, n // columns]}
-            for n, name in enumerate(manifest.expressions)
+            for n, name in enumerate(tile.expressions)
         },
     }
 
@@ -86,3 +104,8 @@ def is_export(folder: Path) -> bool:
         return json.loads((folder / FILE_NAME).read_bytes())["format"] == FORMAT
     except (OSError, ValueError, KeyError, TypeError):
         return False
+
+
+def _write(document: dict[str, Any], folder: Path) -> None:
+    text = json.dumps(document, indent=1, allow_nan=False)
+    (folder / FILE_NAME).write_text(text + "\n", encoding="utf-8")

@@ -1,42 +1,96 @@
-"""glTF: a GLB with named morph targets that shows the neutral, the other maps and the shaders beside it."""
+"""glTF: a GLB with named morph targets that shows the neutral; difference textures and shaders beside it.
+
+glTF has no blend of textures by weight maps: a viewer of it moves the geometry and shows the neutral's albedo, normals
+and roughness. Everything else is for a program that knows the shaders; ``extras`` of a material say which tile it is.
+"""
 
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from facezip.export.folder import Target
 from facezip.export.maps import BASIS, PNG, Format
-from facezip.export.shaders import GLSL, HLSL, shader
-from facezip.export.source import Source
+from facezip.export.shaders import GLSL, HLSL, render, shader, shader_words
+from facezip.export.sheets import Fill
+from facezip.export.source import Source, Tile
+from facezip.glb import GlbBuilder
 from facezip.gltf import CLAMPED, add_mesh, skin, start
+from facezip.surface.neutrals import packed_neutral
+from facezip.textures import Texels, png
 
 GLB_FILE = "head.glb"
+BASIS_EXTENSION = "KHR_texture_basisu"
 
 
-def write_glb(source: Source, file: Path, texture: Path) -> None:
-    """Write the geometry with its morph targets, and ``texture`` (PNG or KTX2) as its colour, as one GLB."""
-    glb = start(source.manifest.name)
-    add_mesh(glb, source.manifest.name, source.meshes, source.model.expressions)
-    basis = texture.suffix == ".ktx2"
-    image = glb.image("neutral", texture.read_bytes(), "image/ktx2" if basis else "image/png")
-    glb.document |= {
-        "samplers": CLAMPED,
-        "textures": [{"name": "neutral", "sampler": 0, **_source(image, basis)}],
-        "materials": [skin("neutral", 0)],
-    }
+def write_glb(source: Source, file: Path, basis: Path | None = None) -> None:
+    """Write the geometry with its morph targets, and the neutral as its material, as one GLB.
+
+    Parameters
+    ----------
+    source : the pack.
+    file : to write.
+    basis : the folder of an export whose albedo is KTX2, which then is the material's colour; else it is PNG.
+    """
+    glb = start(source.name)
+    add_mesh(glb, source.name, source.meshes, source.surface.expressions, source.charts)
+    glb.document |= {"samplers": CLAMPED, "textures": [], "materials": []}
+    for tile in source.tiles:
+        several = f"_{tile.layout.number}" if len(source.tiles) > 1 else ""
+        albedo = source.folder_of(tile, basis) / "neutral.ktx2" if basis else None
+        glb.document["materials"].append(_material(glb, tile, f"neutral{several}", several, albedo))
     if basis:
-        glb.document |= {key: ["KHR_texture_basisu"] for key in ("extensionsUsed", "extensionsRequired")}
+        glb.document |= {key: [BASIS_EXTENSION] for key in ("extensionsUsed", "extensionsRequired")}
     file.write_bytes(glb.finish().to_bytes())
 
 
-def _source(image: int, basis: bool) -> dict[str, Any]:
-    return {"extensions": {"KHR_texture_basisu": {"source": image}}} if basis else {"source": image}
+def _material(glb: GlbBuilder, tile: Tile, name: str, several: str, albedo: Path | None) -> dict[str, Any]:
+    if albedo:
+        index = glb.image(name, albedo.read_bytes(), "image/ktx2")
+        color = _texture(glb, name, {"extensions": {BASIS_EXTENSION: {"source": index}}})
+    else:
+        color = _image(glb, name, _stored(tile, "albedo"))
+    normal = roughness = None
+    if "normal" in tile.known:
+        normal = _image(glb, f"normal{several}", _stored(tile, "normal"))
+    if "roughness" in tile.known:
+        grey = _stored(tile, "roughness")
+        # Green is roughness there, and blue metalness.
+        roughness = _image(glb, f"roughness{several}", np.concatenate([grey, grey, np.zeros_like(grey)], axis=2))
+    material = skin(name, color, normal, roughness)
+    return {**material, "extras": {"tile": tile.layout.number}} if several else material
 
 
-def _write(source: Source, folder: Path, form: Format) -> None:
-    neutral = folder / f"neutral{form.suffix}"
-    write_glb(source, folder / GLB_FILE, neutral)
+def _stored(tile: Tile, name: str) -> Texels:
+    """The neutral of a map as an image, what lies outside the chart replaced by what is nearest inside."""
+    sheet, at = tile.sheet_of(name)
+    kind = next(kind for kind in tile.maps if kind.name == name)
+    stored: NDArray[Any] = packed_neutral(sheet.model.neutral[..., at], kind, sheet.neutral_bits)
+    filled: Texels = Fill(sheet.covered)(stored)
+    return filled
+
+
+def _image(glb: GlbBuilder, name: str, texels: Texels) -> int:
+    return _texture(glb, name, {"source": glb.image(name, png(texels), "image/png")})
+
+
+def _texture(glb: GlbBuilder, name: str, source: dict[str, Any]) -> int:
+    textures = glb.document["textures"]
+    textures.append({"name": name, "sampler": 0, **source})
+    return len(textures) - 1
+
+
+def _write_tile(tile: Tile, folder: Path) -> None:
     for dialect in (GLSL, HLSL):
-        (folder / f"facezip.{dialect.name}").write_text(shader(source.manifest, dialect), encoding="utf-8")
+        (folder / f"facezip.{dialect.name}").write_text(shader(tile, dialect), encoding="utf-8")
 
 
-export_gltf = Target("gltf", {"png": PNG, "ktx2": BASIS}, _write)
+def _write_head(source: Source, folder: Path, form: Format) -> None:
+    write_glb(source, folder / GLB_FILE, folder if form is BASIS else None)
+    words = shader_words(source.tiles[0], GLSL)
+    words |= {"suffix": form.suffix, "tiles": [tile.layout.number for tile in source.tiles]}
+    (folder / "GUIDE.md").write_text(render("gltf/guide.j2", **words), encoding="utf-8")
+
+
+export_gltf = Target("gltf", {"png": PNG, "ktx2": BASIS}, _write_tile, _write_head)

@@ -5,6 +5,8 @@ its own differs from that twice: the mean of a product D · W is not the product
 values is not that of light. Nothing can be done about the first for good, since a texel holds four values and the
 expressions are many; but the values that are best for all expressions together come from the same least squares that
 fitted the pack, against the expressions' own mip-maps under the weights that the shader reads there.
+
+Of a normal map the mean is that of slopes, as of a surface whose heights are averaged; of data it is that of values.
 """
 
 from collections.abc import Iterator
@@ -13,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from facezip.export.source import Fill, Source
+from facezip.export.sheets import Fill, Sheet
 from facezip.progress import track
 from facezip.textures import decode_srgb, encode_srgb
 
@@ -62,6 +64,10 @@ class Pyramid:
         yield self.fills[0](values)
         yield from map(encode_srgb, means)
 
+    def looks(self, sheet: Sheet, values: NDArray[np.float32]) -> Iterator[NDArray[np.float32]]:
+        """How a sheet's fitted texels should look from afar: colours by their light; slopes and data by their means."""
+        return self.light(values) if sheet.is_colour else self.levels(values)
+
     def _shrunk(self, values: NDArray[np.float32]) -> Iterator[NDArray[np.float32]]:
         yield values
         for rows, columns in self._steps:
@@ -72,12 +78,12 @@ class Pyramid:
             yield values
 
 
-def targets(source: Source, pyramid: Pyramid) -> list[NDArray[np.uint16]]:
+def targets(sheet: Sheet, pyramid: Pyramid) -> list[NDArray[np.uint16]]:
     """Every expression as it should look at each level: ``(N, h, w, C)`` of 16 bits."""
-    names, channels = source.model.expressions, source.manifest.channels
+    names, channels = sheet.model.expressions, sheet.model.neutral.shape[2]
     stacks = [np.empty((len(names), *size, channels), np.uint16) for size in pyramid.sizes]
     for n, name in enumerate(track(names, "Mip-maps", len(names))):
-        for stack, level in zip(stacks, pyramid.light(source.model.reconstruct(name)), strict=True):
+        for stack, level in zip(stacks, pyramid.looks(sheet, sheet.model.reconstruct(name)), strict=True):
             stack[n] = np.rint(level * WIDE)
     return stacks
 

@@ -7,9 +7,11 @@ from functools import cache
 
 import jinja2
 
+from facezip.export.sheets import Sheet
+from facezip.export.source import Tile
 from facezip.footprint import SLOTS_PER_LAYER
-from facezip.manifest import Manifest
 from facezip.quantise import ZERO
+from facezip.surface.maps import MAX_SLOPE, MapKind
 
 SLOTS_PER_TARGET = 3
 
@@ -28,6 +30,7 @@ class Dialect:
     load : an expression that reads a texel, with ``{texture}`` and ``{texel}``.
     beta : what the weights β are called; global, or a parameter where empty.
     rows_from_below : whether the first row of a texture in memory is the lowest of the image.
+    encoded_if : what is defined where a project takes colours as they are encoded; empty where none does.
     """
 
     name: str
@@ -39,6 +42,7 @@ class Dialect:
     load: str
     beta: str = ""
     rows_from_below: bool = False
+    encoded_if: str = ""
 
 
 GLSL = Dialect("glsl", "vec", "ivec", "sampler2D", "", "texture({texture}, {uv})", "texelFetch({texture}, {texel}, 0)")
@@ -53,9 +57,9 @@ HLSL = Dialect(
 )
 
 
-def shader(manifest: Manifest, dialect: Dialect) -> str:
-    """Text of the functions ``facezip_weights_K`` (pre-pass) and ``facezip_encoded``, ``facezip_color`` (main pass)."""
-    return render("blend.j2", **shader_words(manifest, dialect))
+def shader(tile: Tile, dialect: Dialect) -> str:
+    """Text of the functions ``facezip_weights_K`` (pre-pass) and ``facezip_surface`` (main pass), and theirs."""
+    return render("blend.j2", **shader_words(tile, dialect))
 
 
 def identifier(name: str) -> str:
@@ -63,11 +67,12 @@ def identifier(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_") or "face"
 
 
-def shader_words(manifest: Manifest, dialect: Dialect) -> dict[str, object]:
-    """What the templates say of a pack in a dialect."""
-    slots = len(manifest.difference_scale)
-    height, width = manifest.weight_size
-    columns, count = manifest.weight_columns, len(manifest.expressions)
+def shader_words(tile: Tile, dialect: Dialect) -> dict[str, object]:
+    """What the templates say of a tile in a dialect."""
+    layout, count = tile.layout, len(tile.expressions)
+    slots = len(layout.weight_scale)
+    height, width = layout.weight_size
+    sheets = [_sheet(sheet, dialect) for sheet in tile.sheets]
     return {
         "dialect": dialect,
         "beta": dialect.beta or "beta",
@@ -78,28 +83,35 @@ def shader_words(manifest: Manifest, dialect: Dialect) -> dict[str, object]:
         "load": _expression(dialect.load),
         "sample": _expression(dialect.sample),
         "vector": _vector(dialect.vector),
-        "identifier": identifier(str(manifest.name)),
-        "size": manifest.size,
+        "identifier": identifier(tile.name),
         "zero": number(ZERO / 255),
         "count": count,
-        "columns": columns,
-        "rows": -(-count // columns),
+        "columns": layout.weight_columns,
+        "rows": -(-count // layout.weight_columns),
         "width": width,
         "height": height,
         "slots": slots,
         "layers": range(-(-slots // SLOTS_PER_LAYER)),
-        "targets": target_numbers(manifest),
-        "scales": [_three(row) for row in manifest.difference_scale],
-        "weight_scale": _layered(manifest.weight_scale),
-        "weight_offset": _layered(manifest.weight_offset),
-        "uniform": [_layered(row) for row in manifest.uniform_weights],
-        "grey": manifest.channels == 1,
+        "targets": target_numbers(tile),
+        "weight_scale": _layered(layout.weight_scale),
+        "weight_offset": _layered(layout.weight_offset),
+        "uniform": [_layered(row) for row in tile.uniform_weights],
+        "sheets": sheets,
+        "textures": [texture for sheet in tile.sheets for texture in sheet.textures],
+        "maps": [_map(tile, kind, dialect) for kind in tile.maps],
+        "known": tile.known,
+        "camel": camel,
     }
 
 
-def target_numbers(manifest: Manifest) -> range:
+def target_numbers(tile: Tile) -> range:
     """The render targets of the pre-pass in engines that keep three numbers of a target's texel only."""
-    return range(-(-len(manifest.difference_scale) // SLOTS_PER_TARGET))
+    return range(-(-len(tile.layout.weight_scale) // SLOTS_PER_TARGET))
+
+
+def camel(name: str) -> str:
+    """``difference_0`` as ``Difference0``."""
+    return name.title().replace("_", "")
 
 
 def render(template: str, **words: object) -> str:
@@ -133,13 +145,50 @@ def _expression(pattern: str) -> Callable[[str, str], str]:
 def _vector(prefix: str) -> Callable[[Iterable[float]], str]:
     def vector(values: Iterable[float]) -> str:
         words = [number(value) for value in values]
-        return f"{prefix}{len(words)}({', '.join(words)})"
+        return words[0] if len(words) == 1 else f"{prefix}{len(words)}({', '.join(words)})"
 
     return vector
 
 
-def _three(row: tuple[float, ...]) -> tuple[float, ...]:
-    return row * 3 if len(row) == 1 else row
+def _sheet(sheet: Sheet, dialect: Dialect) -> dict[str, object]:
+    """What a sheet's function says: the type of its value, how texels become it, and its limits."""
+    kinds = [kind for kind, at in sheet.maps for _ in range(at.start, at.stop)]
+    # Colours are three numbers, also where a texture holds one.
+    grey = sheet.is_colour and len(kinds) == 1
+    times = 3 if grey else 1
+    neutral = [(2.0, -1.0) if kind.is_normal else (kind.unit, kind.low) for kind in kinds * times]
+    limits = [(-MAX_SLOPE, MAX_SLOPE) if kind.is_normal else (kind.low, kind.high) for kind in kinds * times]
+    return {
+        "function": f"facezip_sheet_{sheet.name}" if sheet.name else "facezip_encoded",
+        "names": [kind.name for kind, _ in sheet.maps],
+        "textures": sheet.textures,
+        "type": _type(dialect, len(kinds) * times),
+        "channels": "rrr" if grey else "rgb"[: len(kinds)],
+        "gain": None if {*neutral} == {(1.0, 0.0)} else [gain for gain, _ in neutral],
+        "bias": [bias for _, bias in neutral],
+        "slopes": next(("xyz"[at] for kind, at in sheet.maps if kind.is_normal), None),
+        "scales": [row * times for row in sheet.scale_of_values],
+        "low": [low for low, _ in limits],
+        "high": [high for _, high in limits],
+    }
+
+
+def _map(tile: Tile, kind: MapKind, dialect: Dialect) -> dict[str, object]:
+    """What ``facezip_surface`` gives of a map, and from which sheet."""
+    sheet, at = tile.sheet_of(kind.name)
+    channels = at.stop - at.start
+    whole = len(sheet.maps) == 1
+    return {
+        "name": kind.name,
+        "encoding": kind.encoding,
+        "type": _type(dialect, channels if kind.encoding == "data" else 3),
+        "sheet": tile.sheets.index(sheet),
+        "part": "" if whole else f".{'xyz'[at]}",
+    }
+
+
+def _type(dialect: Dialect, numbers: int) -> str:
+    return "float" if numbers == 1 else f"{dialect.vector}{numbers}"
 
 
 def _layered(values: tuple[float, ...]) -> list[tuple[float, ...]]:

@@ -1,22 +1,56 @@
-"""What every export starts from: a verified pack, and which of its texels the surface shows."""
+"""What every export starts from: a verified pack, by tiles, and which of its texels the surface shows."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.export.sheets import CHANNELS, Sheet, in_sheets
 from facezip.manifest import Manifest
-from facezip.model import CompressedTextures, Meshes
-from facezip.pack import read_stored, verify_pack
-from facezip.quantise import ZERO, QuantisedMaps, dequantise
+from facezip.meshes import Topology
+from facezip.model import Meshes
+from facezip.ranges import weight_files
 from facezip.raster import rasterise
-from facezip.textures import Texels
+from facezip.surface.manifest import AnyManifest, StoredTexture, StoredTile
+from facezip.surface.maps import ALBEDO, KNOWN, MapKind
+from facezip.surface.model import CompressedSurface
+from facezip.surface.pack import read_verified_surface, verify_surface
+from facezip.surface.scans import FIRST_TILE, charts, shifted
 
-Kind = TypeVar("Kind", np.uint8, np.uint16, np.float32)
+
+@dataclass(frozen=True, eq=False)
+class Tile:
+    """What one material shows.
+
+    Attributes
+    ----------
+    name : what the character, or this part of it, is called in shaders.
+    expressions : N names in the order of the weight maps.
+    layout : UDIM number, and how the weight maps lie.
+    uniform_weights : N lists of R numbers where weights are uniform, else empty.
+    weight_files : the atlas of every four slots; none for uniform weights.
+    maps : the kinds, albedo first.
+    sheets : the textures that hold them; the albedo's first.
+    """
+
+    name: str
+    expressions: tuple[str, ...]
+    layout: StoredTile
+    uniform_weights: tuple[tuple[float, ...], ...]
+    weight_files: tuple[Path, ...]
+    maps: tuple[MapKind, ...]
+    sheets: tuple[Sheet, ...]
+
+    @property
+    def known(self) -> list[str]:
+        """Maps that materials everywhere have a place for: those that are what their names say."""
+        return [kind.name for kind in self.maps if KNOWN.get(kind.name) == kind]
+
+    def sheet_of(self, name: str) -> tuple[Sheet, slice]:
+        """Where a map is: its sheet, and its channels there."""
+        return next((sheet, at) for sheet in self.sheets for kind, at in sheet.maps if kind.name == name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,43 +60,33 @@ class Source:
     Attributes
     ----------
     path : its folder.
-    manifest : its manifest.
-    maps : its maps as they are stored.
-    model : the same as values.
-    covered : ``(H, W)``, whether a texel's centre lies in the UV chart; everywhere where the pack has no mesh.
+    name : what the character is called.
+    surface : its maps and meshes.
+    tiles : what its materials show; one of them in an ordinary export.
     """
 
     path: Path
-    manifest: Manifest
-    maps: QuantisedMaps
-    model: CompressedTextures
-    covered: NDArray[np.bool_]
+    name: str
+    surface: CompressedSurface
+    tiles: tuple[Tile, ...]
 
     @property
     def meshes(self) -> Meshes:
         """The geometry; ``BAD_VALUE`` where the pack has none."""
-        if self.model.meshes is None:
+        if self.surface.meshes is None:
             raise FaceZipError(
                 ErrorCode.BAD_VALUE, f"{self.path}: has no meshes to export; compress a character with its meshes"
             )
-        return self.model.meshes
+        return self.surface.meshes
 
     @property
-    def difference_scale(self) -> NDArray[np.float32]:
-        """``(R, C)``: D = (t - 128/255) · scale."""
-        return self.maps.difference_scale
+    def charts(self) -> list[Topology]:
+        """The faces of each tile."""
+        return charts(self.meshes.topology, [tile.layout.number for tile in self.tiles])
 
-    @property
-    def neutral_texels(self) -> Texels:
-        """``(H, W, C)``, the neutral as stored, what lies outside the chart replaced by what is nearest inside."""
-        neutral: Texels = Fill(self.covered)(self.maps.neutral)  # type: ignore[type-var, assignment]
-        return neutral
-
-    @property
-    def difference_texels(self) -> NDArray[np.uint8]:
-        """``(R, H, W, C)``, in the manifest's range, outside the chart as :attr:`neutral_texels`."""
-        fill = Fill(self.covered)
-        return np.stack([fill(one) for one in self.maps.differences])
+    def folder_of(self, tile: Tile, folder: Path) -> Path:
+        """Where a tile's files go: there is a folder for each of several."""
+        return folder if len(self.tiles) == 1 else folder / str(tile.layout.number)
 
 
 def read_source(pack: Path) -> Source:
@@ -71,47 +95,74 @@ def read_source(pack: Path) -> Source:
     Raises
     ------
     FaceZipError
-        What :func:`facezip.read_pack` raises; ``BAD_VALUE`` for textures that are neither grey nor colour.
+        What :func:`facezip.read_surface` raises; ``BAD_VALUE`` for textures that are neither grey nor colour, and for
+        a surface without albedo.
     """
-    manifest = verify_pack(pack)
-    if manifest.channels not in (1, 3):
-        raise FaceZipError(
-            ErrorCode.BAD_VALUE, f"{pack}: textures of {manifest.channels} channels; engines take those of 1 or 3"
+    manifest = verify_surface(pack)
+    surface = read_verified_surface(Path(pack), manifest)
+    _check(pack, surface)
+    layouts, tiles = _layouts(manifest), []
+    for layout in layouts:
+        sheets = in_sheets(_alone(surface, layout))
+        _check_names(pack, [sheet.name for sheet in sheets])
+        files = weight_files(manifest) if isinstance(manifest, Manifest) else layout.weight_files
+        tiles.append(
+            Tile(
+                name=manifest.name if len(layouts) == 1 else f"{manifest.name}_{layout.number}",
+                expressions=manifest.expressions,
+                layout=layout,
+                uniform_weights=manifest.uniform_weights,
+                weight_files=tuple(Path(pack) / file for file in files),
+                maps=surface.maps,
+                sheets=sheets,
+            )
         )
-    maps, meshes = read_stored(Path(pack), manifest)
-    covered = np.ones(manifest.size, np.bool_)
-    if meshes is not None:
-        chart = rasterise(meshes.topology, manifest.size).covered
-        covered = chart if chart.any() else covered
-    model = dequantise(maps, manifest.expressions, manifest.method, meshes)
-    return Source(Path(pack), manifest, maps, model, covered)
+    return Source(Path(pack), manifest.name, surface, tuple(tiles))
 
 
-class Fill:
-    """Makes each texel outside the chart like its nearest neighbour inside, so that no filter brings background in.
-
-    Parameters
-    ----------
-    covered : ``(H, W)``, whether a texel is inside.
-    """
-
-    def __init__(self, covered: NDArray[np.bool_]) -> None:
-        self._nearest: tuple[NDArray[np.int32], ...] | None = None
-        if not covered.all():
-            self._nearest = tuple(distance_transform_edt(~covered, return_distances=False, return_indices=True))
-
-    def __call__(self, texels: NDArray[Kind]) -> NDArray[Kind]:
-        """Fill ``(H, W, C)`` texels; those inside stay as they are."""
-        return texels if self._nearest is None else texels[self._nearest]
+def _layouts(manifest: AnyManifest) -> tuple[StoredTile, ...]:
+    if not isinstance(manifest, Manifest):
+        return manifest.tiles
+    texture = StoredTexture(manifest.size, manifest.neutral_bits, manifest.difference_scale)
+    weights = manifest.weight_size, manifest.weight_columns, manifest.weight_scale, manifest.weight_offset
+    return (StoredTile(FIRST_TILE, *weights, (texture,)),)
 
 
-def to_steps(differences: NDArray[np.float32], scale: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """``(R, H, W, C)`` differences as bytes of their ranges ``(R, C)``; what lies beyond is clipped."""
-    per_unit = np.float32(255) / np.maximum(scale, np.float32(1e-30))[:, None, None]
-    return np.clip(np.rint(differences * per_unit) + ZERO, 0, 255).astype(np.uint8)
+def _alone(surface: CompressedSurface, layout: StoredTile) -> list[Sheet]:
+    """A sheet for each map of a tile."""
+    topology = shifted(surface.meshes.topology, layout.number) if surface.meshes else None
+    covered: dict[tuple[int, int], NDArray[np.bool_]] = {}
+    found = []
+    for kind, texture in zip(surface.maps, layout.textures, strict=True):
+        if texture.size not in covered:
+            covered[texture.size] = _covered(topology, texture.size)
+        scale = np.array(texture.difference_scale, np.float32) / np.float32(kind.unit)
+        model = replace(surface.parts[kind.name, layout.number], meshes=None)
+        maps = ((kind, slice(0, scale.shape[1])),)
+        found.append(Sheet(maps, model, scale, texture.neutral_bits, covered[texture.size]))
+    return found
 
 
-def from_steps(texels: NDArray[np.uint8], scale: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Inverse of :func:`to_steps`, of ``(..., C)`` texels with ranges that broadcast to them."""
-    values: NDArray[np.float32] = (texels.astype(np.float32) - np.float32(ZERO)) * (scale / np.float32(255))
-    return values
+def _covered(topology: Topology | None, size: tuple[int, int]) -> NDArray[np.bool_]:
+    chart = np.zeros(size, np.bool_) if topology is None else rasterise(topology, size).covered
+    return chart if chart.any() else np.ones(size, np.bool_)
+
+
+def _check(pack: Path, surface: CompressedSurface) -> None:
+    for kind in surface.maps:
+        channels = surface.parts[kind.name, surface.tiles[0]].neutral.shape[2]
+        if channels > CHANNELS or (kind.encoding == "srgb" and channels == 2):
+            raise FaceZipError(
+                ErrorCode.BAD_VALUE, f"{pack}: textures of {channels} channels; engines take those of 1 or 3"
+            )
+    if surface.maps[0] != KNOWN[ALBEDO]:
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"{pack}: has no albedo of 0 to 1, which every material here needs")
+
+
+def _check_names(pack: Path, names: list[str]) -> None:
+    """Raise where shaders or files could not tell sheets apart."""
+    for name in names:
+        if name.startswith("weights") or "__" in f"{name}_" or names.count(name) > 1:
+            raise FaceZipError(
+                ErrorCode.BAD_VALUE, f"{pack}: shaders cannot call a map '{name}'; compress it under another name"
+            )

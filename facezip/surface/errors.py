@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,17 +11,28 @@ from numpy.typing import NDArray
 from facezip.character import Character
 from facezip.measure import mean_rmse, model_errors, texture_errors
 from facezip.progress import track
+from facezip.rows import map_rows, sum_rows
 from facezip.surface.maps import MapKind, angles
 from facezip.surface.model import CompressedSurface
 from facezip.surface.scans import Surface
+from facezip.textures import to_float
 
 
-# The scans of a map on a tile, and what stands against them: errors by expression, and fitted texels of one.
+# The scans of a map on a tile, and what stands against them: errors by expression, and rows of fitted texels of one.
 @dataclass(frozen=True, eq=False)
 class _Pair:
     part: Character
     errors: Callable[[], dict[str, float]]
-    texture: Callable[[str], NDArray[np.float32]]
+    rows_of: Callable[[str], Callable[[slice], NDArray[np.float32]]]
+
+    @cached_property
+    def weight(self) -> NDArray[np.float32]:
+        return self.part.weight
+
+    @cached_property
+    def texels(self) -> float:
+        sums = map_rows(lambda top, bottom: float(self.weight[top:bottom].sum(dtype=np.float64)), len(self.weight))
+        return sum(sums)
 
 
 def surface_errors(surface: Surface, model: CompressedSurface) -> dict[str, dict[str, Any]]:
@@ -35,7 +47,7 @@ def surface_errors(surface: Surface, model: CompressedSurface) -> dict[str, dict
 
     def pair(part: Character, key: tuple[str, int]) -> _Pair:
         fitted = model.parts[key]
-        return _Pair(part, lambda: model_errors(part, fitted), fitted.reconstruct)
+        return _Pair(part, lambda: model_errors(part, fitted), lambda name: fitted.rows_of({name: 1.0}))
 
     return _errors(surface, pair)
 
@@ -45,7 +57,12 @@ def texture_surface_errors(surface: Surface, other: Surface) -> dict[str, dict[s
 
     def pair(part: Character, key: tuple[str, int]) -> _Pair:
         theirs = other.parts[key]
-        return _Pair(part, lambda: texture_errors(part, theirs.texture), theirs.texture)
+
+        def rows_of(name: str) -> Callable[[slice], NDArray[np.float32]]:
+            texture = theirs.textures[theirs.index(name)]
+            return lambda rows: to_float(texture[rows])
+
+        return _Pair(part, lambda: texture_errors(part, theirs.texture), rows_of)
 
     return _errors(surface, pair)
 
@@ -53,14 +70,14 @@ def texture_surface_errors(surface: Surface, other: Surface) -> dict[str, dict[s
 def _errors(surface: Surface, pair: Callable[[Character, tuple[str, int]], _Pair]) -> dict[str, dict[str, Any]]:
     found = {}
     for kind in surface.maps:
-        keys = [(kind.name, tile) for tile in surface.tiles]
-        pairs = [pair(surface.parts[key], key) for key in keys if _weight(surface.parts[key]).any()]
-        found[kind.name] = _angular(kind, pairs) if kind.is_normal else _rmse(pairs)
+        pairs = [pair(surface.parts[kind.name, tile], (kind.name, tile)) for tile in surface.tiles]
+        seen = [one for one in pairs if one.texels > 0]
+        found[kind.name] = _angular(kind, seen) if kind.is_normal else _rmse(seen)
     return found
 
 
 def _rmse(pairs: Sequence[_Pair]) -> dict[str, Any]:
-    texels = [_weight(pair.part).sum(dtype=np.float64) for pair in pairs]
+    texels = [pair.texels for pair in pairs]
     errors = [pair.errors() for pair in pairs]
     mean = {
         name: float(np.sqrt(sum(n * one[name] ** 2 for n, one in zip(texels, errors, strict=True)) / sum(texels)))
@@ -71,16 +88,13 @@ def _rmse(pairs: Sequence[_Pair]) -> dict[str, Any]:
 
 def _angular(kind: MapKind, pairs: Sequence[_Pair]) -> dict[str, Any]:
     names = pairs[0].part.expressions
-    mean, square, total = np.zeros(len(names)), np.zeros(len(names)), 0.0
+    total, texels = np.zeros((len(names), 2)), sum(pair.texels for pair in pairs)
     for pair in pairs:
-        weight = _weight(pair.part)
-        total += weight.sum(dtype=np.float64)
         for n, name in enumerate(track(names, "Measuring normals", len(names))):
-            degrees = angles(kind.values(pair.part.textures[n]), kind.values(pair.texture(name)))
-            mean[n] += np.vdot(weight, degrees)
-            square[n] += np.vdot(weight, np.square(degrees))
-    per_expression = dict(zip(names, (mean / total).tolist(), strict=True))
-    rms = np.sqrt(square / total).mean()
+            total[n] += _moments(kind, pair, name)
+    mean, square = total.T / texels
+    per_expression = dict(zip(names, mean.tolist(), strict=True))
+    rms = np.sqrt(square).mean()
     return {
         "angular_error": mean_rmse(per_expression),
         "angular_error_rms": float(rms),
@@ -88,5 +102,14 @@ def _angular(kind: MapKind, pairs: Sequence[_Pair]) -> dict[str, Any]:
     }
 
 
-def _weight(part: Character) -> NDArray[np.float32]:
-    return np.ones(part.resolution, np.float32) if part.mask is None else part.mask
+def _moments(kind: MapKind, pair: _Pair, name: str) -> NDArray[np.float64]:
+    """The sums over texels of an expression's angles in degrees, and of their squares."""
+    original, theirs = pair.part.textures[pair.part.index(name)], pair.rows_of(name)
+
+    def block(top: int, bottom: int) -> NDArray[np.float64]:
+        rows = slice(top, bottom)
+        degrees = angles(kind.values(original[rows]), kind.values(theirs(rows)))
+        weighted = pair.weight[rows] * degrees
+        return np.array([weighted.sum(dtype=np.float64), (weighted * degrees).sum(dtype=np.float64)])
+
+    return sum_rows(block, len(original))

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip import scratch
 from facezip.character import (
     MASK,
     NEUTRAL,
@@ -20,17 +21,18 @@ from facezip.character import (
     vertices_like,
 )
 from facezip.cores import cores
-from facezip.decoding import stated_size
+from facezip.decoding import filled, stated_size
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.meshes import read_obj, write_obj
 from facezip.names import printable
 from facezip.progress import task
-from facezip.raster import rasterise
+from facezip.raster import covered
 from facezip.reading import check_expansion, reading
+from facezip.rows import by_rows, map_rows
 from facezip.surface.layout import Layout, MapFiles, is_layered, read_layout
 from facezip.surface.maps import ALBEDO, MapKind
 from facezip.surface.neutrals import neutral_bits, packed_neutral
-from facezip.surface.reading import read_normals, read_values, states_signs
+from facezip.surface.reading import normal_rows, states_signs, value_rows
 from facezip.surface.scans import FIRST_TILE, Surface, shifted
 from facezip.textures import Texels, read_texture, to_float, write_texture
 from facezip.textures import write_values as write_floats
@@ -128,6 +130,10 @@ def _tile(tile: int, tiles: tuple[int, ...]) -> str:
     return "" if tiles == (FIRST_TILE,) else f".{tile}"
 
 
+# A neutral (H, W, C) and its expressions (N, H, W, C).
+Stack = tuple[Texels, Texels]
+
+
 class _Loading:
     """One call of :func:`load_surface`."""
 
@@ -158,51 +164,48 @@ class _Loading:
         stacks = {tile: self._stack(how, tile, signed) for tile in self._layout.tiles}
         kind = how.kind
         if how.keeps_floats and not kind.is_normal:
-            floats = [stack for stack in stacks.values() if stack.dtype.kind == "f"]
-            low, high = (float(f([f(s) for s in floats], initial=i)) for f, i in ((np.min, 0), (np.max, 1)))
+            extents = [_extent(stack) for stack in stacks.values() if stack[0].dtype.kind == "f"]
+            low, high = min([0.0, *(least for least, _ in extents)]), max([1.0, *(most for _, most in extents)])
             kind = replace(kind, low=low, high=high)
             if not kind.ordinary:
-                stacks = {tile: kind.fitted(to_float(stack)) for tile, stack in stacks.items()}
+                stacks = {tile: _fitted(stack, kind) for tile, stack in stacks.items()}
         return kind, {tile: self._part(how, tile, stack) for tile, stack in stacks.items()}
 
-    def _stack(self, how: MapFiles, tile: int, signed: bool) -> Texels:
-        """Neutral and expressions, ``(1 + N, H, W, C)``."""
-        names = (NEUTRAL, *self._names)
+    def _stack(self, how: MapFiles, tile: int, signed: bool) -> Stack:
         seen = self._seen(tile, stated_size(how.files[NEUTRAL, tile])[:2]) if how.kind.is_normal else None
 
-        def read(name: str) -> Texels:
+        def read(name: str, into: Texels | None = None) -> Texels:
             path = how.files[name, tile]
-            return read_values(path, how) if seen is None else read_normals(path, how, signed, seen)
+            texture = filled(value_rows(path, how) if seen is None else normal_rows(path, how, signed, seen), into)
+            self._done()
+            return texture
 
-        first = read(NEUTRAL)
-        stack: Texels = np.empty((len(names), *first.shape), first.dtype)
-        stack[0] = first
+        neutral = read(NEUTRAL)
+        textures: Texels = scratch.empty((len(self._names), *neutral.shape), neutral.dtype)
 
-        def fill(n: int) -> None:
-            texture = read(names[n])
-            if texture.shape != first.shape or texture.dtype != first.dtype:
+        def fill(name: str, into: Texels) -> None:
+            texture = read(name, into)
+            if texture is not into:
                 raise FaceZipError(
                     ErrorCode.SIZE_MISMATCH,
-                    f"{how.files[names[n], tile]}: {kind_of(texture)}, the neutral is {kind_of(first)}; export both "
+                    f"{how.files[name, tile]}: {kind_of(texture)}, the neutral is {kind_of(neutral)}; export both "
                     "alike",
                 )
-            stack[n] = texture
-            self._done()
 
-        list(self._pool.map(fill, range(1, len(names))))
-        self._done()
-        return stack
+        list(self._pool.map(fill, self._names, textures))
+        return neutral, textures
 
-    def _part(self, how: MapFiles, tile: int, stack: Texels) -> Character:
+    def _part(self, how: MapFiles, tile: int, stack: Stack) -> Character:
+        neutral, textures = stack
         return Character(
             printable(self._layout.folder.resolve().name),
             shifted(self._topology, tile),
             self._names,
             self._neutral,
             self._vertices,
-            stack[0],
-            stack[1:],
-            self._mask(how, tile, stack[0]),
+            neutral,
+            textures,
+            self._mask(how, tile, neutral),
         )
 
     def _mask(self, how: MapFiles, tile: int, neutral: Texels) -> NDArray[np.float32] | None:
@@ -215,18 +218,22 @@ class _Loading:
             texels = _resized(texels, neutral.shape[:2])
         if len(self._layout.tiles) > 1 and not texels.any():
             # One of several tiles, such as that of the back of the head, need not show any of the face.
-            return np.zeros(neutral.shape[:2], np.float32)
+            blank: NDArray[np.float32] = scratch.zeros(neutral.shape[:2], np.float32)
+            return blank
         return mask_of(texels, neutral, path)
 
     def _seen(self, tile: int, size: tuple[int, int]) -> NDArray[np.bool_]:
         """Texels on the mesh, within the mask."""
-        covered = rasterise(shifted(self._topology, tile), size).covered
+        on_mesh = covered(shifted(self._topology, tile), size)
         path = self._layout.masks.get(tile)
-        return covered if path is None else covered & (_resized(read_texture(path), size)[:, :, 0] > 0)
+        if path is None:
+            return on_mesh
+        mask = _resized(read_texture(path), size)
+        return by_rows(lambda rows: on_mesh[rows] & (mask[rows, :, 0] > 0), size, np.bool_)
 
     def _check_sizes(self) -> None:
         """Refuse, by headers alone, textures of a tile that differ, or that unfold out of proportion."""
-        decoded = stored = 0
+        decoded = stored = row = 0
         for how in self._layout.maps:
             for tile in self._layout.tiles:
                 paths = [how.files[name, tile] for name in (NEUTRAL, *self._names)]
@@ -238,12 +245,35 @@ class _Loading:
                             f"{path}: {size[1]}x{size[0]}, the neutral is {sizes[0][1]}x{sizes[0][0]}; export both "
                             "alike",
                         )
-                decoded += sum(size[2] for size in sizes)
+                unfolded = sum(size[2] for size in sizes)
+                decoded, row = decoded + unfolded, max(row, unfolded // sizes[0][0])
                 stored += sum(path.stat().st_size for path in paths)
         check_expansion(self._layout.folder, decoded, stored, SPARE)
+        scratch.check(row)
 
 
 def _resized(mask: Texels, size: tuple[int, int]) -> Texels:
     """The nearest texels of a mask."""
-    rows, columns = (np.arange(to) * of // to for to, of in zip(size, mask.shape, strict=False))
-    return mask[rows][:, columns]
+    down, across = (np.arange(to) * of // to for to, of in zip(size, mask.shape, strict=False))
+    return by_rows(lambda rows: mask[down[rows]][:, across], (*size, mask.shape[2]), mask.dtype)
+
+
+def _extent(stack: Stack) -> tuple[float, float]:
+    """The least and the largest value."""
+    neutral, textures = stack
+
+    def block(top: int, bottom: int) -> tuple[float, float]:
+        parts = neutral[top:bottom], textures[:, top:bottom]
+        return min(float(part.min()) for part in parts), max(float(part.max()) for part in parts)
+
+    blocks = map_rows(block, len(neutral))
+    return min(low for low, _ in blocks), max(high for _, high in blocks)
+
+
+def _fitted(stack: Stack, kind: MapKind) -> Stack:
+    neutral, textures = stack
+
+    def rows(some: slice) -> NDArray[np.float32]:
+        return kind.fitted(to_float(textures[:, some]))
+
+    return kind.fitted(to_float(neutral)), by_rows(rows, textures.shape, np.float32, axis=1)

@@ -1,4 +1,4 @@
-"""What a surface costs at run time: bytes of GPU memory and fetches per pixel, shared weight maps counted once."""
+"""What a surface costs at run time, counted as :mod:`facezip.footprint` does, shared weight maps once."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -34,8 +34,12 @@ class SurfaceFootprint:
     @property
     def bytes_on_gpu(self) -> int:
         """Bytes of all maps at 8 bits a channel; the weight maps of a tile count once."""
-        textures = sum(one.bytes_on_gpu - one.weight_bytes for tile in self.tiles for one in tile)
-        return textures + sum(tile[0].weight_bytes for tile in self.tiles)
+        return sum(one.bytes_on_gpu for tile in self.tiles for one in tile) - self._counted_again
+
+    @property
+    def bytes_bc7(self) -> int:
+        """Bytes with every map's neutral and differences as BC7, whatever its channels; weight maps as above."""
+        return sum(one.bytes_bc7 for tile in self.tiles for one in tile) - self._counted_again
 
     @property
     def bytes_raw(self) -> int:
@@ -43,7 +47,17 @@ class SurfaceFootprint:
         return sum(one.bytes_raw for tile in self.tiles for one in tile)
 
     @property
+    def bytes_raw_bc7(self) -> int:
+        """Bytes of the neutrals and every expression's maps as BC7."""
+        return sum(one.bytes_raw_bc7 for tile in self.tiles for one in tile)
+
+    @property
     def fetches(self) -> int:
         """Texture fetches per pixel: neutral and differences of each map, and the weights; a pixel sees one tile."""
         maps = self.tiles[0]
         return maps[0].layers + sum(one.fetches - one.layers for one in maps)
+
+    @property
+    def _counted_again(self) -> int:
+        """Bytes of the weight maps in the footprints of a tile's other maps."""
+        return sum(one.weight_bytes for tile in self.tiles for one in tile[1:])

@@ -2,8 +2,9 @@
 
 import re
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -105,9 +106,7 @@ def _by_custom(folder: Path) -> Layout:
             kind = KNOWN[found["map"] or ALBEDO]
             _put(maps.setdefault(kind.name, MapFiles(kind)).files, (name, tile), path)
         elif not name.startswith(MASK):
-            raise FaceZipError(
-                ErrorCode.MISSING_FILE, f"{folder / name}.obj: missing beside its texture; add the mesh or remove it"
-            )
+            raise without_mesh(path, meshes)
     return Layout(folder, meshes, _albedo_first(folder, maps), masks)
 
 
@@ -120,6 +119,31 @@ def _found(folder: Path, meshes: set[str]) -> Iterator[dict[str, Any]]:
                 yield {"path": path, "name": path.stem, "map": None, "tile": None}
             else:
                 yield {"path": path, **match.groupdict()}
+
+
+def without_mesh(texture: Path, meshes: Collection[str]) -> FaceZipError:
+    """The error for a texture of none of the meshes; where its name begins like one of theirs, of what follows."""
+    owner = max((name for name in meshes if texture.name.startswith(f"{name}.")), key=len, default=None)
+    if owner is None:
+        match = _BEHIND.fullmatch(texture.stem)
+        mesh = texture.with_name(f"{match['name'] if match else texture.stem}.obj")
+        return FaceZipError(ErrorCode.MISSING_FILE, f"{mesh}: missing beside its texture; add the mesh or remove it")
+    behind = texture.stem.removeprefix(f"{owner}.")
+    nearest = _nearest(behind.split("."))
+    known = f"there are {', '.join(KNOWN)}, then a UDIM tile such as {FIRST_TILE}"
+    remedy = f"call it {owner}.{nearest}{texture.suffix}" if nearest else "rename it"
+    return FaceZipError(
+        ErrorCode.BAD_CHARACTER,
+        f"{texture}: '{behind}' is no map of '{owner}'; {known}; {remedy}, or list it in {SETTINGS} (docs/maps.md)",
+    )
+
+
+def _nearest(parts: list[str]) -> str | None:
+    """A map, a tile, or both, in their order, as close as can be to what stands behind a name; None for no idea."""
+    tiles = [found[0] for part in parts if (found := re.search(r"1\d{3}", part))]
+    maps = [name for part in parts for name in get_close_matches(part.lower(), KNOWN, 1)]
+    both = len(tiles) + len(maps) == len(parts) and max(len(tiles), len(maps)) == 1
+    return ".".join((*maps, *tiles)) if both else None
 
 
 def _stated(folder: Path) -> Layout:

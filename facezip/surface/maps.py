@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.rows import by_rows
 from facezip.textures import Texels, to_float
 
 ALBEDO = "albedo"
@@ -56,17 +57,30 @@ class MapKind:
 
     def values(self, fitted: Texels) -> NDArray[np.float32]:
         """What fitted texels ``(H, W, C)`` stand for: values, or unit vectors ``(H, W, 3)``."""
-        texels = to_float(fitted)
-        if self.is_normal:
-            return normals_of((texels - np.float32(0.5)) * np.float32(self.unit))
-        return texels if self.ordinary else np.float32(self.low) + np.float32(self.unit) * texels
+        if self.ordinary:
+            return to_float(fitted)
+        shape = (*fitted.shape[:-1], 3) if self.is_normal else fitted.shape
+
+        def values(rows: slice) -> NDArray[np.float32]:
+            texels = to_float(fitted[rows])
+            if self.is_normal:
+                return normals_of((texels - np.float32(0.5)) * np.float32(self.unit))
+            return np.float32(self.low) + np.float32(self.unit) * texels
+
+        return by_rows(values, shape, np.float32)
 
     def fitted(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
         """Inverse of :meth:`values`, float32 in [0, 1]."""
-        if self.is_normal:
-            slopes = values[..., :2] / np.maximum(values[..., 2:], np.float32(1e-3))
-            return np.clip(np.float32(0.5) + slopes / np.float32(self.unit), 0, 1).astype(np.float32)
-        return ((values - np.float32(self.low)) / np.float32(self.unit)).astype(np.float32)
+        shape = (*values.shape[:-1], 2) if self.is_normal else values.shape
+
+        def fitted(rows: slice) -> NDArray[np.float32]:
+            some = values[rows]
+            if self.is_normal:
+                slopes = some[..., :2] / np.maximum(some[..., 2:], np.float32(1e-3))
+                return np.clip(np.float32(0.5) + slopes / np.float32(self.unit), 0, 1).astype(np.float32)
+            return ((some - np.float32(self.low)) / np.float32(self.unit)).astype(np.float32)
+
+        return by_rows(fitted, shape, np.float32)
 
 
 # Channels that a file may have beyond these are alpha, or repeat the first.

@@ -3,25 +3,36 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from facezip.rows import by_rows
 from facezip.surface.maps import MapKind
 from facezip.textures import Texels, to_float
 
 
 def packed_neutral(fitted: Texels, kind: MapKind, bits: int) -> Texels:
     """Integers ``(H, W, C)``: t of the map's range; of a normal (n + 1) / 2, in three channels."""
-    texels = 0.5 * kind.values(fitted) + 0.5 if kind.is_normal else to_float(fitted)
-    most = 2**bits - 1
-    return np.rint(np.clip(texels, 0, 1) * np.float32(most)).astype(np.uint8 if bits == 8 else np.uint16)
+    dtype, most = (np.uint8, np.float32(255)) if bits == 8 else (np.uint16, np.float32(65535))
+    shape = (*fitted.shape[:-1], 3) if kind.is_normal else fitted.shape
+
+    def packed(rows: slice) -> Texels:
+        texels = 0.5 * kind.values(fitted[rows]) + 0.5 if kind.is_normal else to_float(fitted[rows])
+        return np.rint(np.clip(texels, 0, 1) * most).astype(dtype)
+
+    return by_rows(packed, shape, dtype)
 
 
 def unpacked_neutral(stored: Texels, kind: MapKind) -> Texels:
     """Inverse of :func:`packed_neutral`; of a normal, z is rebuilt from x and y, as a GPU does from two channels."""
     if not kind.is_normal:
         return stored
-    across = 2 * to_float(stored[..., :2]) - 1
-    z = np.sqrt(np.maximum(1 - np.square(across).sum(axis=2, keepdims=True), 0))
-    return kind.fitted(np.concatenate([across, z], axis=2))
+
+    def unpacked(rows: slice) -> NDArray[np.float32]:
+        across = 2 * to_float(stored[rows, :, :2]) - 1
+        z = np.sqrt(np.maximum(1 - np.square(across).sum(axis=2, keepdims=True), 0))
+        return kind.fitted(np.concatenate([across, z], axis=2))
+
+    return by_rows(unpacked, (*stored.shape[:2], 2), np.float32)
 
 
 def as_packed(fitted: Texels, kind: MapKind, bits: int) -> Texels:
@@ -29,7 +40,9 @@ def as_packed(fitted: Texels, kind: MapKind, bits: int) -> Texels:
     if not kind.is_normal:
         return fitted
     back = unpacked_neutral(packed_neutral(fitted, kind, bits), kind)
-    return np.rint(back * np.float32(65535)).astype(np.uint16) if fitted.dtype.kind == "u" else back
+    if fitted.dtype.kind == "f":
+        return back
+    return by_rows(lambda rows: np.rint(back[rows] * np.float32(65535)).astype(np.uint16), back.shape, np.uint16)
 
 
 def neutral_bits(dtype: np.dtype[Any], is_normal: bool) -> int:

@@ -23,11 +23,13 @@ from facezip.pack import (
     inside,
     read_meshes,
     read_verified,
+    stacked_images,
     write_meshes,
     write_pack,
 )
 from facezip.quantise import ZERO, QuantisedMaps, dequantise, quantise
 from facezip.reading import reading
+from facezip.rows import by_rows
 from facezip.surface.manifest import (
     AnyManifest,
     StoredMap,
@@ -92,8 +94,11 @@ def read_surface(path: str | Path) -> CompressedSurface:
     FaceZipError
         As :func:`facezip.read_pack`.
     """
-    folder = Path(path)
-    manifest = verify_surface(folder)
+    return read_verified_surface(Path(path), verify_surface(path))
+
+
+def read_verified_surface(folder: Path, manifest: AnyManifest) -> CompressedSurface:
+    """Read a pack whose every byte was found to be as its manifest says; ``BAD_PACK`` as :func:`read_surface`."""
     if isinstance(manifest, Manifest):
         return CompressedSurface.of(read_verified(folder, manifest))
     with reading(folder), inside(folder):
@@ -134,7 +139,7 @@ def _write_tile(model: CompressedSurface, tile: int, bits: Mapping[tuple[str, in
         images |= {file: _shown(one, kind) for file, one in zip(files, maps[kind].differences, strict=True)}
     for layer, file in enumerate(stored_tile.weight_files):
         some = first.weights[..., layer * SLOTS_PER_LAYER : (layer + 1) * SLOTS_PER_LAYER]
-        images[file] = atlas(some.astype(np.uint8), columns)
+        images[file] = atlas(some, columns)
     with ThreadPoolExecutor(cores()) as pool:
         list(pool.map(lambda file: write_texture(folder / file, images[file]), images))
     return stored_tile
@@ -142,7 +147,13 @@ def _write_tile(model: CompressedSurface, tile: int, bits: Mapping[tuple[str, in
 
 def _shown(difference: NDArray[np.uint8], kind: MapKind) -> NDArray[np.uint8]:
     """A difference texture as an image: two channels get a third one that differs nowhere."""
-    return np.pad(difference, ((0, 0), (0, 0), (0, 1)), constant_values=ZERO) if kind.is_normal else difference
+    if not kind.is_normal:
+        return difference
+
+    def padded(rows: slice) -> NDArray[np.uint8]:
+        return np.pad(difference[rows], ((0, 0), (0, 0), (0, 1)), constant_values=ZERO)
+
+    return by_rows(padded, (*difference.shape[:2], 3), np.uint8)
 
 
 def _read_tile(folder: Path, manifest: SurfaceManifest, tile: StoredTile) -> Iterator[CompressedTextures]:
@@ -157,11 +168,7 @@ def _read_tile(folder: Path, manifest: SurfaceManifest, tile: StoredTile) -> Ite
     shared: NDArray[np.float32] | None = None
     for kind, texture in zip(manifest.maps, tile.textures, strict=True):
         shape = (*texture.size, kind.stored_channels)
-        with ThreadPoolExecutor(cores()) as pool:
-            images = pool.map(
-                lambda file, shape=shape: checked_image(folder, file, shape, "uint8"), tile.difference_files(kind.name)
-            )
-            differences = np.stack([image[..., : kind.channels] for image in images]).astype(np.uint8, copy=False)
+        differences = _fewer(stacked_images(folder, tile.difference_files(kind.name), shape), kind.channels)
         file = tile.neutral_file(kind.name)
         neutral = checked_image(folder, file, shape, f"uint{texture.neutral_bits}")
         scale = np.array(texture.difference_scale, np.float32) / np.float32(kind.kind.unit)
@@ -172,6 +179,13 @@ def _read_tile(folder: Path, manifest: SurfaceManifest, tile: StoredTile) -> Ite
         part = dequantise(maps, manifest.expressions, manifest.method, None)
         shared = part.weights if shared is None else shared
         yield replace(part, weights=shared)
+
+
+def _fewer(images: NDArray[np.uint8], channels: int) -> NDArray[np.uint8]:
+    """Images ``(R, H, W, C)`` without those of their channels that are for people; inverse of :func:`_shown`."""
+    if images.shape[3] == channels:
+        return images
+    return by_rows(lambda rows: images[:, rows, :, :channels], (*images.shape[:3], channels), np.uint8, axis=1)
 
 
 def _manifest(

@@ -1,16 +1,18 @@
-"""Reading one texture of a map: from what the file stores to the numbers that are fitted."""
+"""Reading one texture of a map, some rows at a time: from what the file stores to the numbers that are fitted."""
 
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.decoding import decode
+from facezip.decoding import Bands, decoded_bands
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.rows import BLOCK
 from facezip.surface.layout import MapFiles
 from facezip.surface.maps import MAX_RANGE, MAX_SLOPE
-from facezip.textures import Texels, encode_srgb
+from facezip.textures import encode_srgb
 
 # Shallower is 84° or more.
 LEAST_Z = 1 / (1 + MAX_SLOPE**2) ** 0.5
@@ -18,8 +20,8 @@ LEAST_Z = 1 / (1 + MAX_SLOPE**2) ** 0.5
 _NARROW = np.uint16(65535)
 
 
-def read_values(path: Path, how: MapFiles) -> Texels:
-    """A texture of colours or data ``(H, W, C)``: integers as stored, floats as values (colours encoded).
+def value_rows(path: Path, how: MapFiles) -> Bands:
+    """The rows of a texture of colours or data: integers as stored, floats as values (colours encoded).
 
     Raises
     ------
@@ -27,64 +29,74 @@ def read_values(path: Path, how: MapFiles) -> Texels:
         What :func:`facezip.decoding.decode` raises; ``BAD_TEXELS`` for NaN, infinite or huge values, for those outside
         [0, 1] unless the map keeps them, and for data whose channels differ.
     """
-    stored = _without_alpha(decode(path))
-    if how.kind.encoding == "data":
-        stored = _one_channel(path, stored)
-    if stored.dtype.kind == "u":
-        return np.ascontiguousarray(stored if stored.itemsize <= 2 else (stored >> 16).astype(np.uint16))
-    values = _finite(path, stored)
-    low, high = float(values.min()), float(values.max())
+    low, high = np.inf, -np.inf
+    for top, height, texels in _decoded(path):
+        stored = _without_alpha(texels)
+        if how.kind.encoding == "data":
+            stored = _one_channel(path, stored)
+        if stored.dtype.kind == "u":
+            yield top, height, stored if stored.itemsize <= 2 else (stored >> 16).astype(np.uint16)
+            continue
+        values = _finite(path, top, stored)
+        low, high = min(low, float(values.min())), max(high, float(values.max()))
+        yield top, height, encode_srgb(values) if how.kind.encoding == "srgb" else values
     if not how.keeps_floats and (low < 0 or high > 1):
         raise FaceZipError(
             ErrorCode.BAD_TEXELS,
             f"{path}: values from {low:.3g} to {high:.3g}; rescale them to 0..1, or keep them with --float",
         )
-    return encode_srgb(values) if how.kind.encoding == "srgb" else values
 
 
-def read_normals(path: Path, how: MapFiles, signed: bool, seen: NDArray[np.bool_]) -> Texels:
-    """A normal map as fitted slopes ``(H, W, 2)``: uint16 of 8-bit files, else float32.
+def normal_rows(path: Path, how: MapFiles, signed: bool, seen: NDArray[np.bool_]) -> Bands:
+    """The rows of a normal map as fitted slopes ``(H, W, 2)``: uint16 of 8-bit files, else float32.
 
     Parameters
     ----------
     path, how : which.
     signed : whether floats are components in [-1, 1]; otherwise (v + 1) / 2, as integers are.
-    seen : ``(H, W)``: texels that matter. Others may hold what they like; where that is no normal, they become flat.
+    seen : ``(H, W)``, of the image's size: texels that matter. Others may hold what they like; where that is no normal,
+        they become flat.
 
     Raises
     ------
     FaceZipError
         What :func:`facezip.decoding.decode` raises; ``BAD_TEXELS`` for what is no normal or steeper than 84°.
     """
-    stored = decode(path)
-    if stored.shape[2] == 1:
-        raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: one channel; a normal map has x, y and z, or x and y")
-    narrow = stored.dtype.itemsize == 1
-    vectors = _vectors(path, stored[:, :, :3], signed)
-    if how.green_down:
-        vectors[..., 1] *= -1
-    steep = vectors[..., 2] < LEAST_Z
-    if seen.shape == steep.shape and (steep & seen).any():
-        row, column = np.argwhere(steep & seen)[0]
-        raise FaceZipError(
-            ErrorCode.BAD_TEXELS,
-            f"{path}: no normal, or steeper than 84 degrees, at column {column}, row {row} and "
-            f"{int((steep & seen).sum()) - 1} more texels; give a tangent-space normal map, or leave them out of the "
-            "mask",
-        )
-    vectors[steep] = (0, 0, 1)
-    fitted = how.kind.fitted(vectors)
-    return np.rint(fitted * _NARROW).astype(np.uint16) if narrow else fitted
+    for top, height, stored in _decoded(path):
+        if stored.shape[2] == 1:
+            raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: one channel; a normal map has x, y and z, or x and y")
+        vectors = _vectors(path, top, stored[:, :, :3], signed)
+        if how.green_down:
+            vectors[..., 1] *= -1
+        steep = vectors[..., 2] < LEAST_Z
+        wrong = steep & seen[top : top + len(steep)]
+        if wrong.any():
+            row, column = np.argwhere(wrong)[0]
+            raise FaceZipError(
+                ErrorCode.BAD_TEXELS,
+                f"{path}: no normal, or steeper than 84 degrees, at column {column}, row {top + row}; give a "
+                "tangent-space normal map, or leave such texels out of the mask",
+            )
+        vectors[steep] = (0, 0, 1)
+        fitted = how.kind.fitted(vectors)
+        yield top, height, np.rint(fitted * _NARROW).astype(np.uint16) if stored.dtype.itemsize == 1 else fitted
 
 
 def states_signs(path: Path) -> bool:
     """Whether the floats of a normal map are components in [-1, 1]: then some of them are negative."""
-    stored = decode(path)
-    return stored.dtype.kind == "f" and bool(stored.min() < -0.01)
+    floats = takewhile(lambda rows: rows[2].dtype.kind == "f", _decoded(path))
+    return any(bool(stored.min() < -0.01) for _, _, stored in floats)
 
 
-def _vectors(path: Path, stored: NDArray[Any], signed: bool) -> NDArray[np.float32]:
-    values = _finite(path, stored) if stored.dtype.kind == "f" else stored / np.float32(np.iinfo(stored.dtype).max)
+def _decoded(path: Path) -> Bands:
+    """An image as it is stored, so few rows at a time that several copies of them as floats may be made."""
+    for first, height, band in decoded_bands(path):
+        for top in range(0, len(band), BLOCK):
+            yield first + top, height, band[top : top + BLOCK]
+
+
+def _vectors(path: Path, top: int, stored: NDArray[Any], signed: bool) -> NDArray[np.float32]:
+    values = _finite(path, top, stored) if stored.dtype.kind == "f" else stored / np.float32(np.iinfo(stored.dtype).max)
     if not (signed and stored.dtype.kind == "f"):
         values = 2 * values - 1
     if values.shape[2] == 2:
@@ -108,14 +120,15 @@ def _one_channel(path: Path, stored: NDArray[Any]) -> NDArray[Any]:
     return first
 
 
-def _finite(path: Path, stored: NDArray[Any]) -> NDArray[np.float32]:
+def _finite(path: Path, top: int, stored: NDArray[Any]) -> NDArray[np.float32]:
     with np.errstate(over="ignore"):
         values: NDArray[np.float32] = stored.astype(np.float32)
     wrong = ~(np.abs(values) <= MAX_RANGE)
     if wrong.any():
         row, column = np.argwhere(wrong.any(axis=2))[0]
+        where = f"column {column}, row {top + row}"
         raise FaceZipError(
             ErrorCode.BAD_TEXELS,
-            f"{path}: NaN, infinite or huge value at column {column}, row {row}; repaint or export that texel again",
+            f"{path}: NaN, infinite or huge value at {where}; repaint or export that texel again",
         )
     return values

@@ -1,6 +1,6 @@
 """A surface: every map on every tile of one person's scans."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -86,3 +86,24 @@ def shifted(topology: Topology, tile: int) -> Topology:
         return topology
     offset: NDArray[np.float32] = np.array([column, row], np.float32)
     return replace(topology, uv=topology.uv - offset)
+
+
+def charts(topology: Topology, tiles: Sequence[int]) -> list[Topology]:
+    """The faces that lie on each UDIM tile, by the middle of their corners, with that tile in the unit square.
+
+    Faces that lie on none of them go to the nearest, so that none is lost.
+    """
+    middles = topology.uv[topology.face_uv].mean(axis=1)
+    nearest, least = np.zeros(len(middles), np.intp), np.full(len(middles), np.inf)
+    for number, tile in enumerate(tiles):
+        # In squares: a face on a tile is less than half a side from its middle, and from that of no other.
+        row, column = divmod(tile - FIRST_TILE, 10)
+        distance = np.abs(middles - (column + 0.5, row + 0.5)).max(axis=1)
+        nearest[distance <= least] = number
+        least = np.minimum(distance, least)
+    found = []
+    for number, tile in enumerate(tiles):
+        own = nearest == number
+        part = replace(topology, faces=topology.faces[own], face_uv=topology.face_uv[own])
+        found.append(shifted(part, tile))
+    return found

@@ -14,8 +14,8 @@ from facezip.surface.pack import read_surface, write_surface
 from facezip.surface.scans import Surface
 
 SHARED, SEPARATE, FINER, MORE = "shared", "one fit per map", "shared, weights at 1/4", "shared, 5 differences"
-# Channels that one fetch gives.
-PACKED = 4
+# Channels that one fetch gives, in the textures that are exported.
+PACKED = 3
 
 
 def compare_sharing(surface: Surface) -> list[dict[str, Any]]:
@@ -24,7 +24,7 @@ def compare_sharing(surface: Surface) -> list[dict[str, Any]]:
     Returns
     -------
     For each way: ``way``; ``bytes_on_gpu`` (8 bits a channel); ``fetches`` a pixel, a texture for each map;
-    ``fetches_packed``, where the channels of all maps lie side by side in RGBA textures; ``seconds`` of the fit; and
+    ``fetches_packed``, where the channels of maps lie side by side in textures of three; ``seconds`` of the fit; and
     ``errors`` by map (:func:`facezip.surface.errors.surface_errors`).
     """
     alone = [surface.only(kind.name) for kind in surface.maps]
@@ -62,7 +62,7 @@ def _row(way: str, surfaces: Sequence[Surface], settings: dict[str, Any]) -> dic
 
 
 def _packed(models: Sequence[CompressedSurface]) -> int:
-    """Fetches where four channels of any maps share a texture; each set of weight maps is fetched as it is."""
+    """Fetches where three channels of any maps share a texture; each set of weight maps is fetched as it is."""
     tiles = [model.footprint.tiles[0] for model in models]
     channels = sum(one.channels for tile in tiles for one in tile)
     return -(-channels // PACKED) * (1 + tiles[0][0].differences) + sum(tile[0].layers for tile in tiles)

@@ -3,7 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip.measure import mean_rmse, model_errors, texture_errors
+from facezip import compress, read_pack, write_pack
+from facezip.measure import mean_rmse, model_errors, pack_errors, texture_errors
 from tests.facezip.conftest import principal_components, random_character, refine
 
 
@@ -44,3 +45,13 @@ def test_errors_of_a_model_are_those_of_its_reconstructions():
     for model in (principal_components(character, 2), refine(character, 3, 8)):
         whole, fused = texture_errors(character, model.reconstruct), model_errors(character, model)
         assert fused == pytest.approx(whole, rel=1e-5)
+
+
+@pytest.mark.parametrize(("method", "dtype"), [("refined", np.uint8), ("pca", np.uint16)])
+def test_errors_of_a_pack_are_those_of_the_model_that_it_gives_back(method, dtype, tmp_path):
+    character = random_character(side=70, expressions=5, dtype=dtype)
+    write_pack(
+        compress(character, method, differences=3), tmp_path / "pack", neutral_bits=8 * character.neutral.itemsize
+    )
+    read_back = model_errors(character, read_pack(tmp_path / "pack"))
+    assert pack_errors(character, tmp_path / "pack") == pytest.approx(read_back, rel=1e-5)

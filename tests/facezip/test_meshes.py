@@ -75,6 +75,27 @@ def test_vertices_are_the_same_however_they_are_written(tmp_path, lines):
     np.testing.assert_array_equal(vertices, np.arange(9).reshape(3, 3))
 
 
+def test_numbers_of_any_length_are_read_as_python_reads_them(tmp_path):
+    random = np.random.default_rng(0)
+    written = [
+        f"{random.choice(['', '-', '+'])}{number:.{random.integers(0, 24)}{random.choice(list('feg'))}}"
+        for number in np.abs(random.normal(size=300)) * 10.0 ** random.integers(-40, 20, 300)
+    ]
+    rows = [written[k : k + 3] for k in range(0, 300, 3)]
+    for k, row in enumerate(rows):
+        (tmp_path / "a.obj").write_text(f"v 0 0 0\nv {' '.join(row)}\nv 1 1 1\n{LAYOUT}")
+        vertices, _ = read_obj(tmp_path / "a.obj")
+        np.testing.assert_array_equal(vertices[1], np.array([*map(float, row)]).astype(np.float32), err_msg=str(k))
+
+
+def test_vertices_may_stand_after_texture_coordinates(tmp_path):
+    before, after = LAYOUT.split("f")
+    (tmp_path / "a.obj").write_text(f"{before}v 0 1 2\nv 3 4 5\nv 6 7 8\nf{after}")
+    vertices, topology = read_obj(tmp_path / "a.obj")
+    np.testing.assert_array_equal(vertices, np.arange(9).reshape(3, 3))
+    np.testing.assert_array_equal(topology.uv, [[0, 0], [1, 0], [1, 1]])
+
+
 @pytest.mark.parametrize(
     "lines",
     [

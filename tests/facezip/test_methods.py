@@ -5,7 +5,7 @@ import pytest
 
 from facezip import ErrorCode, FaceZipError, compress
 from facezip.measure import mean_rmse, texture_errors
-from facezip.methods import METHODS
+from facezip.methods import METHODS, made_with
 from tests.facezip.conftest import random_character
 
 
@@ -68,6 +68,16 @@ def test_the_same_seed_gives_the_same_model(method, character):
     first, again = (small(character, method, seed=4) for _ in range(2))
     np.testing.assert_array_equal(first.differences, again.differences)
     np.testing.assert_array_equal(first.weights, again.weights)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_what_a_method_does_not_use_changes_nothing(method, character):
+    given = {"differences": 4, "weight_scale": 8, "masks": 9, "restarts": 10, "seed": 4}
+    others = {"differences": 3, "weight_scale": 16, "masks": 7, "restarts": 1, "seed": 5}
+    plain = compress(character, method, **given)
+    model = compress(character, **{**others, **made_with(method, given)})
+    np.testing.assert_array_equal(model.differences, plain.differences)
+    np.testing.assert_array_equal(model.weights, plain.weights)
 
 
 def test_the_search_improves_on_no_permutation():

@@ -3,8 +3,10 @@ import pytest
 from scipy.ndimage import map_coordinates
 
 from facezip import FaceZipError
+from facezip.codecs import bc7, raw
 from facezip.footprint import Footprint
 from facezip.model import blend_differences
+from facezip.storage import Storage
 from tests.facezip.conftest import random_model
 
 
@@ -63,3 +65,20 @@ def test_the_memory_column_of_table_1(side, ours, pca4, pca8, raw):
     printed = [method.bytes_on_gpu, 15 * side**2, 27 * side**2, method.bytes_raw]
     # The paper cuts some figures after two decimals and rounds others; its 28.30 for 28.31 is a slip.
     np.testing.assert_allclose(np.array(printed) / 1e6, [ours, pca4, pca8, raw], atol=0.012)
+
+
+def test_the_memory_of_51_expressions_in_bc7():
+    method = Footprint((2048, 2048), 3, 4, 51, (256, 256))
+    assert method.bytes_bc7 == 5 * 2048**2 + 51 * 4 * 256**2 == 34_340_864
+    assert method.bytes_raw_bc7 == 52 * 2048**2 == 218_103_808
+
+
+@pytest.mark.parametrize("size", [(32, 48), (30, 17)])
+@pytest.mark.parametrize("weights", [(4, 6), (1, 1)])
+def test_memory_is_what_the_codecs_take(size, weights):
+    model = random_model(size=size, weights=weights)
+    cost, (height, width) = model.footprint, size
+    assert cost.bytes_on_gpu == Storage(raw(3)).bytes_of(model)
+    assert cost.bytes_bc7 == Storage(bc7()).bytes_of(model)
+    assert cost.bytes_raw == 4 * raw(3).bytes_of(height, width)
+    assert cost.bytes_raw_bc7 == 4 * bc7().bytes_of(height, width)

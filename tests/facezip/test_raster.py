@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from facezip.meshes import Topology
-from facezip.raster import rasterise
+from facezip.raster import covered, rasterise
 from tests.facezip.conftest import grid_topology
 
 
@@ -26,9 +26,13 @@ def test_a_chart_without_gaps_covers_every_texel():
 
 
 def test_the_first_row_of_texels_is_the_top_of_the_chart(triangle):
-    covered = rasterise(triangle, (16, 16)).covered
-    assert covered[0].sum() == 1
-    assert covered[-1].all()
+    seen = rasterise(triangle, (16, 16)).covered
+    assert seen[0].sum() == 1
+    assert seen[-1].all()
+
+
+def test_what_is_covered_by_blocks_of_rows_is_what_a_raster_covers(triangle):
+    np.testing.assert_array_equal(covered(triangle, (100, 70)), rasterise(triangle, (100, 70)).covered)
 
 
 def test_barycentrics_sum_to_one_inside_and_to_zero_outside(triangle):

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from facezip.weights import WeightSystem, solve_weights
+from facezip.weights import RIDGE, WeightSystem, solve_weights
 
 
 def random_system(h=4, w=5, slots=2, count=3, seed=0):
@@ -48,6 +48,21 @@ def test_every_call_lowers_the_error_and_says_by_how_much():
     assert explained == sorted(explained)
 
 
+def test_ties_are_those_of_a_grid_with_its_neighbours():
+    system, h, w = WeightSystem.zeros((3, 2, 1, 4)), 3, 4
+    system.regularise(2.0, smoothness=0.5)
+    for y in range(h):
+        for x in range(w):
+            row = np.zeros((3, 3))
+            for ny, nx in ((y - 1, x), (y + 1, x), (y, x - 1), (y, x + 1)):
+                if 0 <= ny < h and 0 <= nx < w:
+                    row[ny - y + 1, nx - x + 1] = -1
+            row[1, 1] = -row.sum() + RIDGE * 2
+            np.testing.assert_allclose(system.matrix[y, 0, 0, :, x], row.ravel(), rtol=1e-6)
+            np.testing.assert_array_equal(system.matrix[y, 0, 0], system.matrix[y, 1, 1])
+    assert not system.matrix[:, 0, 1].any()
+
+
 def test_the_start_is_not_changed():
     system, _ = random_system()
     start = np.ones_like(system.right)
@@ -59,8 +74,9 @@ def test_smoothness_spreads_weights_to_texels_that_nothing_sees():
     system = WeightSystem.zeros((5, 1, 1, 5))
     system.matrix[2, 0, 0, 4, 2], system.right[2, 0, 0, 2] = 1, 3
     weights = np.zeros_like(system.right)
+    system.regularise(1e-3)
     for _ in range(30):
-        weights, _ = solve_weights(system.regularised(1e-3), weights)
+        weights, _ = solve_weights(system, weights)
     assert weights[2, 0, 0, 2] == pytest.approx(3, rel=1e-3)
     assert 3 > weights[2, 0, 0, 1] > weights[2, 0, 0, 0] > 0
 

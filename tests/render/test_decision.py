@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from render.decision import interval, judge, stream
+from render.decision import interval, judge, of_halves, stream, without_bias
 from render.metrics import Picture, compare
-from render.verdict import Thresholds
+from render.verdict import Limit, Thresholds
 
 HEAD = np.ones((24, 24), bool)
 GREY = np.full((24, 24, 3), 0.5, np.float32)
@@ -30,11 +30,12 @@ def judged(errors, limits=None):
     """A whole and two halves whose candidates are brighter by these amounts."""
     whole, *halves = (Picture(GREY + np.float32(error), HEAD) for error in errors)
     original = Picture(GREY, HEAD)
-    return judge(compare(original, whole), (original, original), halves, limits or Thresholds())
+    return judge(compare(original, whole), [(original, half) for half in halves], limits or Thresholds())
 
 
 def test_a_render_far_from_every_limit_is_decided():
-    assert judged((0.002, 0.002, 0.002)) | {"level": "indistinguishable", "decided": True} == judged((0.002,) * 3)
+    near = judged((0.002,) * 3)
+    assert (near["level"], near["decided"]) == ("indistinguishable", True)
     assert judged((0.3, 0.29, 0.31))["level"] == "fails"
     assert judged((0.3, 0.29, 0.31))["decided"]
 
@@ -53,3 +54,34 @@ def test_streams_repeat_and_do_not_meet():
              for repeat in (0, 1)]  # fmt: skip
     assert len({*seeds}) == len(seeds)
     assert stream(3, 16, 1) == stream(3, 16, 1)
+
+
+def test_noise_does_not_bias_the_95th_percentile():
+    rng = np.random.default_rng(0)
+    pattern = rng.uniform(0, 0.03, (24, 24, 1)).astype(np.float32)
+    original, truth = Picture(GREY, HEAD), compare(Picture(GREY, HEAD), Picture(GREY + pattern, HEAD))["delta_e_p95"]
+    plain, free = [], []
+    for _ in range(40):
+        one, other = (GREY + pattern + rng.normal(0, 0.008, GREY.shape).astype(np.float32) for _ in range(2))
+        found = compare(original, Picture((one + other) / 2, HEAD))
+        halves = [(original, Picture(half, HEAD)) for half in (one, other)]
+        plain.append(found["delta_e_p95"])
+        free.append(without_bias(found, of_halves(halves))["delta_e_p95"])
+    assert np.mean(plain) > 1.02 * truth
+    assert np.mean(free) == pytest.approx(truth, rel=0.3 * (np.mean(plain) / truth - 1))
+
+
+def test_the_level_is_that_of_the_metrics_that_are_told():
+    """With all samples barely beyond a limit, with half of them further beyond: without noise, within."""
+    found = judged((0.01, 0.011, 0.011))
+    beyond, told = judged((0.01,) * 3)["delta_e_p95"], found["delta_e_p95"]
+    limit = (beyond + told) / 2
+    level = judged((0.01, 0.011, 0.011), Thresholds(Limit(limit, 99, 1), Limit(99, 99, 1)))["level"]
+    assert told < limit < beyond
+    assert level == "indistinguishable"
+
+
+def test_only_equal_images_are_identical():
+    found = judged((0.001, 0.005, 0.005))
+    assert found["delta_e_p95"] == found["flip"] == found["delta_e_local"] == 0
+    assert found["level"] == "indistinguishable"

@@ -34,7 +34,7 @@ def make_document(folder, packs=("refined",), expressions=("smile", "frown"), vi
             renders.append({"expression": expression, "view": view, "light": "studio", "exr": file,
                             "noise_floor": 0.71 + 0.01 * e, "packs": measured})  # fmt: skip
     return {
-        "format": "facezip-validation/2",
+        "format": "facezip-validation/3",
         "character": {"name": name, "expressions": list(expressions), "resolution": [64, 128], "vertices": 4321,
                       "triangles": 8642, "channels": 3},
         "conditions": {"spp": 16, "sampler": "multijitter", "seed": 3, "views": list(views), "lights": ["studio"],

@@ -15,7 +15,8 @@ from facezip.export.levels import averaged_levels, fitted_levels
 from facezip.export.maps import DDS, KTX2, PNG, write_maps
 from facezip.export.measured import codec_errors, mip_errors
 from facezip.export.mips import Pyramid, level_sizes, targets
-from facezip.export.source import Fill, read_source
+from facezip.export.sheets import Fill
+from facezip.export.source import read_source
 from facezip.model import blend_differences
 from facezip.pack import read_pack, write_pack
 from facezip.textures import decode_srgb, encode_srgb, read_texture_exactly
@@ -23,16 +24,27 @@ from tests.facezip.conftest import random_model
 from tests.facezip.export.conftest import smooth_model
 
 
-@pytest.fixture(scope="module")
-def source(pack):
-    return read_source(pack)
+def only_tile(pack):
+    (tile,) = read_source(pack).tiles
+    return tile
 
 
 @pytest.fixture(scope="module")
-def coded(source):
-    pyramid = Pyramid(source.covered)
-    plain = list(averaged_levels(source, pyramid, raw(3)))
-    fitted = list(fitted_levels(source, pyramid, plain, targets(source, pyramid), bc7()))
+def sheet(pack):
+    """The sheet of an albedo."""
+    (sheet,) = only_tile(pack).sheets
+    return sheet
+
+
+@pytest.fixture(scope="module")
+def coded(sheet):
+    return code(sheet)
+
+
+def code(sheet):
+    pyramid = Pyramid(sheet.covered)
+    plain = list(averaged_levels(sheet, pyramid, raw(3)))
+    fitted = list(fitted_levels(sheet, pyramid, plain, targets(sheet, pyramid), bc7()))
     return pyramid, plain, fitted
 
 
@@ -41,9 +53,9 @@ def bytes_of(levels, name="neutral"):
 
 
 @pytest.mark.parametrize("name", ["neutral", "difference_2"])
-def test_openimageio_decodes_the_dds_files_to_what_was_measured(source, coded, tmp_path, name):
+def test_openimageio_decodes_the_dds_files_to_what_was_measured(sheet, coded, tmp_path, name):
     fitted = coded[2]
-    (tmp_path / "map.dds").write_bytes(DDS.container(source.manifest.size, bytes_of(fitted, name), name))
+    (tmp_path / "map.dds").write_bytes(DDS.container(sheet.size, bytes_of(fitted, name), name))
     for number, level in enumerate(fitted):
         image = oiio.ImageBuf(str(tmp_path / "map.dds"), 0, number)
         texels = image.get_pixels(oiio.UINT8)[..., :3]
@@ -53,11 +65,11 @@ def test_openimageio_decodes_the_dds_files_to_what_was_measured(source, coded, t
     assert oiio.ImageBuf(str(tmp_path / "map.dds"), 0, 0).nmiplevels == len(fitted)
 
 
-def test_ktx_parse_reads_the_ktx2_files(source, coded, tmp_path, node):
+def test_ktx_parse_reads_the_ktx2_files(sheet, coded, tmp_path, node):
     fitted = coded[2]
-    (tmp_path / "map.ktx2").write_bytes(KTX2.container(source.manifest.size, bytes_of(fitted), "neutral"))
+    (tmp_path / "map.ktx2").write_bytes(KTX2.container(sheet.size, bytes_of(fitted), "neutral"))
     [facts] = node("ktx2.mjs", tmp_path / "map.ktx2")
-    assert facts["size"] == [*source.manifest.size, 0, 0, 1]
+    assert facts["size"] == [*sheet.size, 0, 0, 1]
     assert (facts["format"], facts["scheme"], facts["model"], facts["transfer"]) == (145, 0, 134, 1)
     assert facts["keys"] == ["KTXorientation", "KTXwriter"]
     levels = [base64.b64decode(level) for level in facts["levels"]]
@@ -109,81 +121,81 @@ def test_the_background_of_a_pack_is_replaced_before_anything_is_coded(tmp_path)
     model.meshes.topology.uv[:] = 0.2 + 0.5 * model.meshes.topology.uv
     other = replace(model, neutral=model.neutral.copy())
     write_pack(model, tmp_path / "a.facezip")
-    covered = read_source(tmp_path / "a.facezip").covered
+    covered = only_tile(tmp_path / "a.facezip").sheets[0].covered
     assert 0.2 < covered.mean() < 0.3
     other.neutral[~covered] = 1 - other.neutral[~covered]
     write_pack(other, tmp_path / "b.facezip")
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
-        write_maps(read_source(tmp_path / f"{name}.facezip"), tmp_path / name, DDS)
-        write_maps(read_source(tmp_path / f"{name}.facezip"), tmp_path / name, PNG)
+        write_maps(only_tile(tmp_path / f"{name}.facezip"), tmp_path / name, DDS)
+        write_maps(only_tile(tmp_path / f"{name}.facezip"), tmp_path / name, PNG)
     for file in (tmp_path / "a").iterdir():
         assert file.read_bytes() == (tmp_path / "b" / file.name).read_bytes(), file.name
 
 
-def test_maps_fitted_to_the_codec_lose_less_than_maps_coded_one_by_one(source, coded):
+def test_maps_fitted_to_the_codec_lose_less_than_maps_coded_one_by_one(sheet, coded):
     pyramid, plain, fitted = coded
-    averaged = list(averaged_levels(source, pyramid, bc7()))
-    together, alone = (codec_errors(source, pyramid, levels[0])["rmse"] for levels in (fitted, averaged))
+    averaged = list(averaged_levels(sheet, pyramid, bc7()))
+    together, alone = (codec_errors(sheet, pyramid, one[0])["albedo"]["rmse"] for one in (fitted, averaged))
     assert 0 < together < 0.95 * alone
-    for row in mip_errors(source, pyramid, plain, averaged=averaged, fitted=fitted)[1:]:
+    for row in mip_errors(sheet, pyramid, plain, averaged=averaged, fitted=fitted)["albedo"][1:]:
         assert row["fitted"] < row["averaged"]
         assert row["product_gap"] > 0
 
 
-def test_the_stated_error_is_that_of_the_stored_blocks(source, coded):
+def test_the_stated_error_is_that_of_the_stored_blocks(sheet, coded):
     pyramid, _, fitted = coded
-    stated = codec_errors(source, pyramid, fitted[0])
-    name = source.model.expressions[1]
-    scale = source.difference_scale
+    stated = codec_errors(sheet, pyramid, fitted[0])["albedo"]
+    name = sheet.model.expressions[1]
+    scale = sheet.difference_scale
     seen = [bc7().load(fitted[0].stored[f"difference_{i}"], (64, 64, 3)) for i in range(4)]
     values = np.stack([(texels.astype(np.float32) - 128) / 255 * scale[i] for i, texels in enumerate(seen)])
     neutral = bc7().load(fitted[0].stored["neutral"], (64, 64, 3)).astype(np.float32) / 255
-    gap = blend_differences(neutral, values, source.model.weights[1]) - source.model.reconstruct(name)
+    gap = blend_differences(neutral, values, sheet.model.weights[1]) - sheet.model.reconstruct(name)
     assert stated["rmse_per_expression"][name] == pytest.approx(255 * np.sqrt(np.square(gap).mean()), rel=1e-4)
 
 
-def test_without_a_codec_the_finest_level_is_the_pack(source, coded):
+def test_without_a_codec_the_finest_level_is_the_pack(sheet, coded):
     pyramid, plain, _ = coded
-    exact = next(fitted_levels(source, pyramid, plain, targets(source, pyramid), raw(3)))
-    for name in source.model.expressions:
-        gap = blend_differences(exact.neutral, exact.differences, source.model.weights[0])
-        gap = gap - source.model.reconstruct(source.model.expressions[0])
+    exact = next(fitted_levels(sheet, pyramid, plain, targets(sheet, pyramid), raw(3)))
+    for name in sheet.model.expressions:
+        gap = blend_differences(exact.neutral, exact.differences, sheet.model.weights[0])
+        gap = gap - sheet.model.reconstruct(sheet.model.expressions[0])
         assert np.abs(gap).max() < 1e-5, name
 
 
-def test_rows_lie_upside_down_where_an_engine_keeps_them_so(source, coded):
+def test_rows_lie_upside_down_where_an_engine_keeps_them_so(sheet, coded):
     pyramid, plain, fitted = coded
-    stacks = targets(source, pyramid)
-    turned = next(fitted_levels(source, pyramid, plain, stacks, bc7(), upside_down=True))
+    stacks = targets(sheet, pyramid)
+    turned = next(fitted_levels(sheet, pyramid, plain, stacks, bc7(), upside_down=True))
     decoded = bc7().load(turned.stored["neutral"], (64, 64, 3))[::-1]
     np.testing.assert_array_equal(decoded, np.rint(turned.neutral * 255))
     assert np.abs(turned.neutral - fitted[0].neutral).mean() < 0.02
 
 
-def test_png_exports_hold_the_bytes_of_the_pack(source, tmp_path):
-    write_maps(source, tmp_path, PNG)
+def test_png_exports_hold_the_bytes_of_the_pack(pack, tmp_path):
+    write_maps(only_tile(pack), tmp_path, PNG)
     for name in ("neutral", "difference_0", "difference_3"):
         written = read_texture_exactly(tmp_path / f"{name}.png")
-        np.testing.assert_array_equal(written, read_texture_exactly(source.path / f"{name}.png"))
-    assert (tmp_path / "weights_0.png").read_bytes() == (source.path / "weights.png").read_bytes()
+        np.testing.assert_array_equal(written, read_texture_exactly(pack / f"{name}.png"))
+    assert (tmp_path / "weights_0.png").read_bytes() == (pack / "weights.png").read_bytes()
 
 
 def test_a_neutral_of_16_bits_stays_one_in_png(tmp_path):
     model = smooth_model(side=16, weights=2)
     write_pack(model, tmp_path / "wide.facezip", neutral_bits=16)
-    source = read_source(tmp_path / "wide.facezip")
-    write_maps(source, tmp_path, PNG)
+    tile = only_tile(tmp_path / "wide.facezip")
+    write_maps(tile, tmp_path, PNG)
     written = read_texture_exactly(tmp_path / "neutral.png")
     assert written.dtype == np.uint16
-    np.testing.assert_array_equal(written, np.rint(source.model.neutral * 65535))
-    write_maps(source, tmp_path, DDS)
+    np.testing.assert_array_equal(written, np.rint(tile.sheets[0].model.neutral * 65535))
+    write_maps(tile, tmp_path, DDS)
 
 
 def test_textures_of_broken_blocks_are_refused(tmp_path):
     write_pack(random_model(size=(24, 42), meshes=True), tmp_path / "me.facezip")
     with pytest.raises(FaceZipError, match="42x24.*use --textures png"):
-        write_maps(read_source(tmp_path / "me.facezip"), tmp_path, DDS)
+        TARGETS["godot"](tmp_path / "me.facezip", tmp_path / "out", textures="dds")
     assert [entry.name for entry in tmp_path.iterdir()] == ["me.facezip"]
 
 

@@ -6,23 +6,28 @@ import re
 import numpy as np
 import pytest
 
-from facezip import read_pack, write_pack
+from facezip import read_surface
 from facezip.export import TARGETS
-from facezip.export.shaders import GLSL, HLSL, identifier, number, shader
-from facezip.manifest import read_manifest
+from facezip.export.shaders import GLSL, HLSL, camel, identifier, number, shader
+from facezip.export.source import read_source
+from facezip.surface.model import CompressedSurface
+from facezip.surface.pack import write_surface
 from facezip.textures import decode_srgb, read_texture_exactly
 from tests.facezip.conftest import random_model
-from tests.facezip.export.conftest import grey
+from tests.facezip.export.conftest import KINDS, grey, layered_model
 from tests.facezip.export.gpu import Gpu, compile_glsl, hlsl_to_glsl
 
 MODELS = {
-    "four slots": random_model(meshes=True),
-    "one slot": random_model(slots=1, meshes=True),
-    "two layers": random_model(slots=5, expressions=7, meshes=True),
-    "uniform weights": random_model(weights=(1, 1), meshes=True),
-    "grey": grey(random_model(meshes=True)),
+    "four slots": CompressedSurface.of(random_model(meshes=True)),
+    "one slot": CompressedSurface.of(random_model(slots=1, meshes=True)),
+    "two layers": CompressedSurface.of(random_model(slots=5, expressions=7, meshes=True)),
+    "uniform weights": CompressedSurface.of(random_model(weights=(1, 1), meshes=True)),
+    "grey": CompressedSurface.of(grey(random_model(meshes=True))),
+    "five maps": layered_model(),
+    "normals alone, two layers": layered_model(kinds=(KINDS[0], KINDS[2]), slots=5),
+    "three maps, uniform weights": layered_model(kinds=(KINDS[0], KINDS[2], KINDS[3]), weights=(1, 1)),
 }
-# Of values in [0, 1].
+# Of values in [0, 1], and of the components of normals.
 TOLERANCE = 1e-4
 
 
@@ -36,16 +41,23 @@ def gpu():
 class Exported:
     """An export, its textures in memory as its engine keeps them, and a blend to compare with."""
 
-    def __init__(self, model, target, folder):
-        write_pack(model, folder / "me.facezip")
-        self.folder, self.model = folder / target, read_pack(folder / "me.facezip")
+    def __init__(self, model, target, folder, tile=1001):
+        write_surface(model, folder / "me.facezip")
+        self.folder, self.model = folder / target, read_surface(folder / "me.facezip")
         TARGETS[target](folder / "me.facezip", self.folder)
+        if len(self.model.tiles) > 1:
+            self.folder /= str(tile)
+        self.tile = tile
         self.facts = json.loads((self.folder / "facezip.json").read_text())
         self.beta = np.random.default_rng(1).uniform(0, 1, len(self.model.expressions)).astype(np.float32)
-        blend = dict(zip(self.model.expressions, map(float, self.beta), strict=True))
-        self.encoded = self.model.blend(blend)
-        self.size, self.weight_size = self.model.neutral.shape[:2], self.model.weights.shape[1:3]
-        self.layers = -(-self.model.weights.shape[3] // 4)
+        self.blend = dict(zip(self.model.expressions, map(float, self.beta), strict=True))
+        first = self.model.parts["albedo", tile]
+        self.size = first.neutral.shape[:2]
+        _, *weight_size, self.slots = first.weights.shape
+        self.weight_size = tuple(weight_size)
+        self.layers = -(-self.slots // 4)
+        self.maps = [name for name in self.facts["textures"] if not name.startswith("weights")]
+        self.outs = {kind: f"out_{kind.name}" for kind in self.model.maps}
 
     def text(self, file):
         return (self.folder / file).read_text(encoding="utf-8")
@@ -56,10 +68,31 @@ class Exported:
         read = {name: read_texture_exactly(self.folder / entry["file"]) for name, entry in entries}
         return {name: gpu.texture(texels[::turn]) for name, texels in read.items()}
 
-    def matches(self, drawn, linear, upside_down=False):
-        expected = decode_srgb(self.encoded) if linear else self.encoded
+    def type_of(self, kind):
+        return "float" if kind.encoding == "data" else "vec3"
+
+    @property
+    def wide(self):
+        """Of a picture of all maps, side by side."""
+        return self.size[0], self.size[1] * len(self.model.maps)
+
+    def shown(self, vector, place, values):
+        """Text that takes, at a place of the wide picture, the value of the map there."""
+        maps = range(len(self.model.maps))
+        cases = "".join(f"{place} < {self.size[1] * (k + 1)}.0 ? {values[k]} : " for k in maps)
+        return f"{vector}4({cases}{vector}3(0.0, 0.0, 0.0), 1.0)"
+
+    def all_match(self, drawn, upside_down=False, encoded=False):
+        for kind, part in zip(self.model.maps, np.split(drawn, len(self.model.maps), axis=1), strict=True):
+            self.matches(part, kind, upside_down, encoded)
+
+    def matches(self, drawn, kind, upside_down=False, encoded=False):
+        expected = self.model.blend(kind, self.tile, self.blend)
+        if kind.encoding == "srgb" and not encoded:
+            expected = decode_srgb(expected)
         expected = np.broadcast_to(expected, (*self.size, 3))
-        np.testing.assert_allclose(drawn[:: -1 if upside_down else 1, :, :3], expected, atol=TOLERANCE)
+        seen = drawn[:: -1 if upside_down else 1, :, :3]
+        np.testing.assert_allclose(seen, expected, atol=TOLERANCE * (kind.high - kind.low), err_msg=kind.name)
 
 
 @pytest.fixture(params=MODELS)
@@ -67,11 +100,7 @@ def model(request):
     return MODELS[request.param]
 
 
-def maps_of(exported):
-    return ["neutral", *(f"difference_{i}" for i in range(len(exported.model.differences)))]
-
-
-def test_glsl_gives_the_blend(model, gpu, tmp_path):
+def test_glsl_gives_the_blend_of_every_map(model, gpu, tmp_path):
     exported = Exported(model, "gltf", tmp_path)
     core, textures, count = exported.text("facezip.glsl"), exported.textures(gpu), len(exported.beta)
     uniform = exported.weight_size == (1, 1)
@@ -86,35 +115,73 @@ layout(location = 0) out vec4 result;
 {core}
 void main() {{ result = facezip_weights_{layer}({atlas}ivec2(gl_FragCoord.xy), values); }}"""
         weights[f"weights_{layer}"] = gpu.texture(gpu.draw(source, exported.weight_size, atlases, exported.beta))
-    names = [f"map_{name}" for name in maps_of(exported)]
+    names = [f"map_{name}" for name in exported.maps]
     sampled = [f"texture(map_{name}, uv)" for name in weights]
-    source = f"""#version 450
-{"".join(f"uniform sampler2D map_{name};" for name in (*maps_of(exported), *weights))}
+    bound = {f"map_{name}": texture for name, texture in (textures | weights).items()}
+
+    def draw(size, result):
+        source = f"""#version 450
+{"".join(f"uniform sampler2D map_{name};" for name in (*exported.maps, *weights))}
 layout(location = 0) out vec4 result;
 {core}
 void main() {{
-    vec2 uv = gl_FragCoord.xy / vec2({exported.size[1]}, {exported.size[0]});
-    result = vec4(facezip_encoded({", ".join([*names, *sampled])}, uv), 1.0);
+    vec2 uv = {place("vec2", "gl_FragCoord", exported.size)};
+    {"".join(f"{exported.type_of(kind)} {out};" for kind, out in exported.outs.items())}
+    facezip_surface({", ".join([*names, *sampled, "uv", *exported.outs.values()])});
+    result = {result};
 }}"""
-    bound = {f"map_{name}": texture for name, texture in (textures | weights).items()}
-    exported.matches(gpu.draw(source, exported.size, bound), linear=False)
-    exported.matches(gpu.draw(source.replace("facezip_encoded(map", "facezip_color(map"), exported.size, bound), True)
+        return gpu.draw(source, size, bound)
+
+    values = [f"vec3({out})" for out in exported.outs.values()]
+    exported.all_match(draw(exported.wide, exported.shown("vec", "gl_FragCoord.x", values)))
+    arguments = ", ".join([f"map_{name}" for name in read_sheet(exported, "albedo")] + [*sampled, "uv"])
+    for function, encoded in (("facezip_encoded", True), ("facezip_color", False)):
+        drawn = draw(exported.size, f"vec4({function}({arguments}), 1.0)")
+        exported.matches(drawn, model.maps[0], encoded=encoded)
 
 
-def test_godot_gives_the_blend(model, gpu, tmp_path):
-    exported = Exported(model, "godot", tmp_path)
+def read_sheet(exported, name):
+    facts = exported.facts["maps"][name]
+    return [facts["neutral"], *facts["differences"]]
+
+
+def place(vector, position, size):
+    """Text of the UV at a pixel of a picture of all maps, side by side."""
+    height, width = size
+    column = f"({position}.x - {width}.0 * floor({position}.x / {width}.0))"
+    return f"{vector}({column}, {position}.y) / {vector}({width}, {height})"
+
+
+def test_each_tile_has_numbers_of_its_own(gpu, tmp_path):
+    model = layered_model(tiles=(1001, 1002))
+    for tile in model.tiles:
+        (tmp_path / str(tile)).mkdir()
+        godot(Exported(model, "godot", tmp_path / str(tile), tile), gpu)
+
+
+def test_godot_gives_the_blend_of_every_map(model, gpu, tmp_path):
+    godot(Exported(model, "godot", tmp_path), gpu)
+
+
+def godot(exported, gpu):
     textures = exported.textures(gpu)
     atlases = {f"atlas_{layer}": textures.get(f"weights_{layer}") for layer in range(exported.layers)}
     targets = {}
-    for target in range(-(-exported.model.weights.shape[3] // 3)):
+    for target in range(-(-exported.slots // 3)):
         source = as_glsl(exported.text("weights.gdshader"), exported.weight_size, "COLOR")
         source = source.replace("uniform int target = 0;", f"const int target = {target};")
         drawn = gpu.draw(source, exported.weight_size, atlases, exported.beta)
         assert (drawn[..., 3] == 1).all()
         targets[f"map_weights_{target}"] = gpu.texture(drawn)
-    source = as_glsl(exported.text("head.gdshader"), exported.size, "vec4(ALBEDO, ROUGHNESS)")
-    maps = {f"map_{name}": textures[name] for name in maps_of(exported)}
-    exported.matches(gpu.draw(source, exported.size, maps | targets), linear=True)
+    maps = {f"map_{name}": textures[name] for name in exported.maps}
+    shown = {"normal": "2.0 * NORMAL_MAP - 1.0", "roughness": "vec3(ROUGHNESS)", "specular": "vec3(SPECULAR)"}
+    # What the head does not show is one of its variables all the same.
+    text = exported.text("head.gdshader")
+    if "cavity" in exported.facts["maps"]:
+        text = text.replace("    ALBEDO =", "    CAVITY = out_cavity;\n    ALBEDO =")
+    values = [{"albedo": "ALBEDO", "cavity": "vec3(CAVITY)", **shown}[kind.name] for kind in exported.model.maps]
+    source = as_glsl(text, exported.size, exported.shown("vec", "gl_FragCoord.x", values))
+    exported.all_match(gpu.draw(source, exported.wide, maps | targets))
 
 
 def as_glsl(text, size, result):
@@ -124,8 +191,8 @@ def as_glsl(text, size, result):
     text = re.sub(r"(uniform \w+ \w+) : hint_range\([^)]*\)", r"\1", text)
     return f"""#version 450
 layout(location = 0) out vec4 result;
-vec4 COLOR; vec3 ALBEDO; float ROUGHNESS;
-vec2 UV = gl_FragCoord.xy / vec2({size[1]}, {size[0]});
+vec4 COLOR; vec3 ALBEDO, NORMAL_MAP; float ROUGHNESS, SPECULAR, CAVITY;
+vec2 UV = {place("vec2", "gl_FragCoord", size)};
 {text}
 void main() {{ fragment(); result = {result}; }}"""
 
@@ -136,40 +203,52 @@ UNITY_STUB = """float4 main(float4 position : SV_Position) : SV_Target {{ {body}
 def test_unity_gives_the_blend_from_rows_that_lie_upside_down(model, gpu, tmp_path):
     exported = Exported(model, "unity", tmp_path)
     include, textures = exported.text("FaceZip.hlsl"), exported.textures(gpu, upside_down=True)
-    bound = {f"_FaceZip{name.title().replace('_', '')}": texture for name, texture in textures.items()}
+    bound = {f"_FaceZip{camel(name)}": texture for name, texture in textures.items()}
     for layer in range(exported.layers):
         call = re.search(rf"return (facezip_weights_{layer}\(.*\);)", exported.text("FaceZipWeights.shader")).group(1)
         body = f"int2 texel = int2(position.xy); return {call}"
         source = hlsl_to_glsl(f"{include}\nTexture2D _MainTex;\n" + UNITY_STUB.format(body=body), tmp_path)
         drawn = gpu.draw(source, exported.weight_size, {"_MainTex": textures.get(f"weights_{layer}")}, exported.beta)
         bound[f"_FaceZipWeights{layer}"] = gpu.texture(drawn)
-    height, width = exported.size
-    body = f"float3 color; FaceZip_float(position.xy / float2({width}, {height}), color); return float4(color, 1);"
-    for keyword, linear in (("", True), ("#define UNITY_COLORSPACE_GAMMA\n", False)):
+    outs = exported.outs.values()
+    declared = "".join(f"{hlsl_type(exported, kind)} {out};" for kind, out in exported.outs.items())
+    shown = exported.shown("float", "position.x", [f"(float3){out}" for out in outs])
+    body = f"{declared} FaceZip_float({place('float2', 'position', exported.size)}, {', '.join(outs)}); return {shown};"
+    for keyword in ("", "#define UNITY_COLORSPACE_GAMMA\n"):
         source = hlsl_to_glsl(keyword + include + UNITY_STUB.format(body=body), tmp_path)
-        exported.matches(gpu.draw(source, exported.size, bound, exported.beta), linear, upside_down=True)
+        drawn = gpu.draw(source, exported.wide, bound, exported.beta)
+        exported.all_match(drawn, upside_down=True, encoded=bool(keyword))
 
 
-def test_unreal_gives_the_blend(model, gpu, tmp_path):
+def hlsl_type(exported, kind):
+    return exported.type_of(kind).replace("vec", "float")
+
+
+def test_unreal_gives_the_blend_of_every_map(model, gpu, tmp_path):
     exported = Exported(model, "unreal", tmp_path)
-    textures = {name.title().replace("_", ""): texture for name, texture in exported.textures(gpu).items()}
+    textures = {camel(name): texture for name, texture in exported.textures(gpu).items()}
     declared = "#define Texture2DSample(t, s, uv) t.Sample(s, uv)\n"
     betas = "".join(f"#define B{n} values[{n}]\n" for n in range(len(exported.beta)))
     declared += f"float values[{len(exported.beta)}];\n{betas}"
     targets = {}
-    for number_ in range(-(-exported.model.weights.shape[3] // 3)):
+    for number_ in range(-(-exported.slots // 3)):
         names = [f"Weights{layer}" for layer in range(exported.layers)]
         source = node(declared, exported.text(f"weights_{number_}_node.hlsl"), names, exported.weight_size)
         drawn = gpu.draw(hlsl_to_glsl(source, tmp_path), exported.weight_size, textures, exported.beta)
         assert (drawn[..., :3] >= 0).all()
         targets[f"Weights{number_}"] = gpu.texture(drawn)
     bound = {name: texture for name, texture in textures.items() if not name.startswith("Weights")} | targets
-    source = node(declared, exported.text("head_node.hlsl"), bound, exported.size)
-    exported.matches(gpu.draw(hlsl_to_glsl(source, tmp_path), exported.size, bound, exported.beta), linear=True)
+    # The engine's normals have y down.
+    outs = {kind: f"Out{camel(kind.name)}" for kind in model.maps[1:]}
+    declared += "".join(f"static {hlsl_type(exported, kind)} {out};\n" for kind, out in outs.items())
+    values = ["value", *(f"{out} * float3(1, -1, 1)" if kind.is_normal else out for kind, out in outs.items())]
+    shown = exported.shown("float", "position.x", [f"(float3)({value})" for value in values])
+    source = node(declared, exported.text("head_node.hlsl"), bound, exported.size, shown)
+    exported.all_match(gpu.draw(hlsl_to_glsl(source, tmp_path), exported.wide, bound, exported.beta))
 
 
-def node(declared, text, textures, size):
-    """A Custom node is the body of a function whose parameters are its inputs."""
+def node(declared, text, textures, size, shown="float4(value, 1)"):
+    """A Custom node is the body of a function whose parameters are its inputs, and what else it gives its outputs."""
     # Unreal's compilers take functions in a structure within a function; glslang does not, it gets them bare.
     structure = re.search(r"struct FaceZip\n{\n(.*?)\n};\n", text, re.DOTALL)
     text = text.replace(structure.group(), "").replace("FaceZip face;", "").replace("face.facezip", "facezip")
@@ -177,14 +256,18 @@ def node(declared, text, textures, size):
     return f"""{declared}{maps}{structure.group(1)}
 float3 custom(float2 UV) {{ {text} }}
 float4 main(float4 position : SV_Position) : SV_Target
-{{ return float4(custom(position.xy / float2({size[1]}, {size[0]})), 1); }}"""
+{{ float3 value = custom({place("float2", "position", size)}); return {shown}; }}"""
 
 
 UNITY_CG = """
 #define UNITY_MATRIX_VP 1
 struct v2f_img { float4 pos : SV_POSITION; float2 uv : TEXCOORD0; };
 struct appdata_base { float4 vertex : POSITION; float3 normal : NORMAL; float4 texcoord : TEXCOORD0; };
+struct appdata_tan { float4 vertex : POSITION; float3 normal : NORMAL; float4 tangent : TANGENT; float4 texcoord : T; };
+float4 unity_WorldTransformParams;
 float4 UnityObjectToClipPos(float4 position) { return position; }
+float3 UnityObjectToWorldDir(float3 direction) { return direction; }
+float3 WorldSpaceViewDir(float4 position) { return position.xyz; }
 float3 UnityObjectToWorldNormal(float3 normal) { return normal; }
 """
 
@@ -202,11 +285,11 @@ def test_unity_s_shaders_compile(model, tmp_path):
             )
 
 
-def test_every_dialect_says_the_same(tmp_path):
+def test_every_dialect_says_the_same(model, tmp_path):
     """One template: but for the words of the language, the text is the same."""
-    write_pack(MODELS["two layers"], tmp_path / "me.facezip")
-    manifest = read_manifest(tmp_path / "me.facezip")
-    glsl, hlsl = shader(manifest, GLSL), shader(manifest, HLSL)
+    write_surface(model, tmp_path / "me.facezip")
+    (tile,) = read_source(tmp_path / "me.facezip").tiles
+    glsl, hlsl = shader(tile, GLSL), shader(tile, HLSL)
     hlsl = hlsl.replace("SamplerState clamped, ", "").replace(", clamped, uv", ", uv").replace("Texture2D", "sampler2D")
     hlsl = re.sub(r"(\w+)\.Sample\(clamped, uv\)", r"texture(\1, uv)", hlsl)
     hlsl = re.sub(r"weights\.Load\(int3\((.*), 0\)\)", r"texelFetch(weights, \1, 0)", hlsl)

@@ -1,6 +1,7 @@
 from dataclasses import replace
 
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 
 from facezip.surface.maps import KNOWN, normals_of
@@ -24,6 +25,14 @@ def random_surface(seed=0, side=64, expressions=5, maps=("normal", "roughness"),
             )
     kinds = tuple(KNOWN[name] for name in ("albedo", *maps))
     return in_tiles(Surface(albedo.topology, kinds, parts), *tiles)
+
+
+def write_floats(path, values, kind="float"):
+    spec = oiio.ImageSpec(values.shape[1], values.shape[0], values.shape[2], kind)
+    output = oiio.ImageOutput.create(str(path))
+    output.open(str(path), spec)
+    assert output.write_image(np.ascontiguousarray(values))
+    output.close()
 
 
 def slopes(texels):

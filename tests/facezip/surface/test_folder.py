@@ -4,7 +4,6 @@ import shutil
 from dataclasses import replace
 
 import numpy as np
-import OpenImageIO as oiio
 import pytest
 
 from facezip import ErrorCode, FaceZipError, load_character, load_surface, save_character, save_surface
@@ -13,21 +12,13 @@ from facezip.surface.maps import angles
 from facezip.surface.scans import FIRST_TILE
 from facezip.textures import write_texture
 from tests.facezip.conftest import random_character
-from tests.facezip.surface.conftest import random_surface
+from tests.facezip.surface.conftest import random_surface, write_floats
 
 
 @pytest.fixture
 def folder(tmp_path, surface):
     save_surface(surface, tmp_path / "scans")
     return tmp_path / "scans"
-
-
-def write_floats(path, values, kind="float"):
-    spec = oiio.ImageSpec(values.shape[1], values.shape[0], values.shape[2], kind)
-    output = oiio.ImageOutput.create(str(path))
-    output.open(str(path), spec)
-    assert output.write_image(np.ascontiguousarray(values))
-    output.close()
 
 
 def refused(folder, code, **options):
@@ -91,6 +82,28 @@ def test_a_texture_without_a_mesh_is_named(folder):
     assert "typo.obj" in refused(folder, ErrorCode.MISSING_FILE)
 
 
+@pytest.mark.parametrize("layered", [False, True])
+@pytest.mark.parametrize(
+    ("behind", "nearest"),
+    [
+        ("rougness", "roughness"),
+        ("1001x", "1001"),
+        ("Normal", "normal"),
+        ("cavty.1002", "cavity.1002"),
+        ("1001.normal", "normal.1001"),
+        ("final", None),
+        ("normal.normal", None),
+    ],
+)
+def test_a_map_with_an_odd_name_is_told_what_there_is_and_what_is_nearest(tmp_path, behind, nearest, layered):
+    save_surface(random_surface(expressions=2, side=16, maps=("normal",) if layered else ()), tmp_path / "scans")
+    (tmp_path / "scans" / f"expr_0.{behind}.png").touch()
+    message = refused(tmp_path / "scans", ErrorCode.BAD_CHARACTER)
+    assert f"expr_0.{behind}.png: '{behind}' is no map of 'expr_0'" in message
+    assert "albedo, normal, roughness, specular, cavity" in message
+    assert (f"call it expr_0.{nearest}.png" in message) == (nearest is not None)
+
+
 def test_two_files_for_one_texture_are_refused(folder):
     shutil.copy(folder / "expr_2.normal.png", folder / "expr_2.normal.1001.png")
     assert "second texture" in refused(folder, ErrorCode.BAD_CHARACTER)
@@ -110,17 +123,18 @@ def test_data_in_colour_is_refused_and_grey_data_is_one_channel(folder, surface)
     assert "channels differ" in refused(folder, ErrorCode.BAD_TEXELS)
 
 
-def test_what_is_no_normal_is_refused_on_the_face_and_flat_beside_it(folder):
+@pytest.mark.parametrize("row", [10, 50])
+def test_what_is_no_normal_is_refused_on_the_face_and_flat_beside_it(folder, row):
     steep = np.full((64, 64, 3), 128, np.uint8)
     steep[..., 2] = 255
-    steep[10, 3] = (255, 128, 120)
+    steep[row, 3] = (255, 128, 120)
     write_texture(folder / "expr_2.normal.png", steep)
-    assert "column 3, row 10" in refused(folder, ErrorCode.BAD_TEXELS)
+    assert f"column 3, row {row}" in refused(folder, ErrorCode.BAD_TEXELS)
     mask = np.full((64, 64, 1), 255, np.uint8)
-    mask[10, 3] = 0
+    mask[row, 3] = 0
     write_texture(folder / "mask.png", mask)
     part = load_surface(folder).parts["normal", FIRST_TILE]
-    np.testing.assert_allclose(part.texture("expr_2")[10, 3], 0.5, atol=1e-4)
+    np.testing.assert_allclose(part.texture("expr_2")[row, 3], 0.5, atol=1e-4)
 
 
 @pytest.mark.parametrize("kind", ["half", "float"])
@@ -153,6 +167,14 @@ def test_data_in_a_float_file_is_no_colour(tmp_path):
     for name in ("neutral", "expr_0", "expr_1"):
         write_floats(folder / f"{name}.roughness.exr", np.full((32, 32, 1), 0.25, np.float32))
     assert (load_surface(folder).parts["roughness", FIRST_TILE].textures == 0.25).all()
+
+
+def test_what_is_not_finite_is_refused_where_it_is(folder):
+    values = np.full((64, 64, 1), 0.25, np.float32)
+    values[50, 3] = np.nan
+    (folder / "expr_2.roughness.png").unlink()
+    write_floats(folder / "expr_2.roughness.exr", values)
+    assert "column 3, row 50" in refused(folder, ErrorCode.BAD_TEXELS)
 
 
 @pytest.mark.parametrize("shift", [0, 0.5], ids=["signed", "unsigned"])

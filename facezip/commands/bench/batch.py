@@ -157,7 +157,7 @@ def _killing(cluster: "LocalCluster", output: Path, after: int) -> Iterator[list
 
     def watch() -> None:
         while not over.wait(INTERVAL):
-            if len(list(output.glob("*.json"))) >= after:
+            if len(list(output.glob("*.facezip"))) >= after:
                 killed.append(next(iter(cluster.workers.values())).pid)
                 os.kill(killed[0], signal.SIGKILL)
                 return

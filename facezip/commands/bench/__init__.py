@@ -1,0 +1,17 @@
+"""``facezip bench``: the main jobs measured on this machine, one verb a module.
+
+What is measured lies with what it measures: ``facezip.bench``, ``render.bench``, ``reports.paper.generated``.
+"""
+
+import click
+
+from facezip.commands.bench import alarms, batch, compress, maps, metrics, render, rig, scaling
+
+
+@click.group("bench")
+def command() -> None:
+    """Measure the main jobs on this machine: each in one run beside what it is compared with."""
+
+
+for verb in (compress, scaling, render, metrics, rig, maps, batch, alarms):
+    command.add_command(verb.command)

@@ -1,0 +1,46 @@
+"""``facezip bench render``: what shared light paths save."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+from facezip.commands import options
+from facezip.commands.bench.poses import make_poses, shot_options, stated
+
+
+@click.command("render")
+@shot_options
+@click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, metavar="N")
+def command(character: Path | None, packs: int, expressions: int, repeats: int, as_json: bool, **given: Any) -> None:
+    """Time shared light paths against a scene and a call of mi.render for each image.
+
+    Both ways render the same expressions, views and lights with the original's and every pack's texture, in turn,
+    with kernels compiled before. Packs are PCA with 1, 2, … differences: what they show does not change the time.
+    """
+    from render.bench import bench_render
+    from render.settings import read_settings
+
+    settings = read_settings(None, given)
+    scans, poses = make_poses(character, packs, expressions, given["seed"])
+    document = bench_render(scans, poses, settings, repeats)
+    document["conditions"] = {
+        **stated(scans, poses, settings),
+        "naive": "one Mitsuba scene and one mi.render per image, same sampler, samples, lights and skin",
+        "paired": "one scene, mesh moved, all textures on the same paths; pose, upload and read-back included",
+        "statistic": f"the repeat of median speedup of {repeats}",
+    }
+    options.answer(document, as_json, lambda: _lines(document))
+
+
+def _lines(document: Mapping[str, Any]) -> list[str]:
+    about = document["conditions"]
+    return [
+        f"{document['images']} images of {about['resolution']}² at {about['spp']} samples a pixel, "
+        f"original and {about['packs']} packs",
+        f"  a scene each   {document['naive_s']:8.2f} s",
+        f"  shared paths   {document['paired_s']:8.2f} s",
+        f"  speedup        {document['speedup']:8.2f}    ({about['statistic']})",
+        f"  pairs a second {document['pairs_per_second']:8.2f}",
+    ]

@@ -1,0 +1,130 @@
+"""The report of ``facezip bench scaling``: what a megatexel costs at every size, part by part."""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from facezip.writing import write_whole
+from reports.conditions import condition_rows
+from reports.metrics import number
+from reports.page import write_page
+from reports.plots import Axis, Mark, Plot, dot, line
+from reports.sections import Section
+from reports.tables import Cell, Row, Table
+from reports.validation import strict
+
+PAGE, DATA = "index.html", "scaling.json"
+WIDE, NARROW = 1200.0, 380.0
+LEFT, TOP, BOTTOM = 52.0, 36.0, 400.0
+# By their keys in the JSON, from the sum down to its parts, and last what it is compared with.
+PARTS = {
+    "total": ("Whole run", "disc", "pack-0"),
+    "fit": ("Fit", "square", "pack-1"),
+    "load": ("Read images and meshes", "diamond", "rival-0"),
+    "write": ("Write the pack", "triangle", "pack-2"),
+    "measure": ("Read it back and measure", "open-disc", "pack-3"),
+    "check": ("Check registration", "open-square", "rival-2"),
+    "io": ("Its images alone", "open-diamond", "rival-1"),
+}
+Size = Mapping[str, Any]
+
+
+def write_scaling_report(document: Mapping[str, Any], folder: Path) -> Path:
+    """Write ``scaling.json`` and the page ``index.html`` that shows the same numbers; returns the page's path.
+
+    Parameters
+    ----------
+    document : ``facezip-scaling/1``, as ``facezip bench scaling`` makes it.
+    folder : where both files go, each whole or not at all.
+
+    Raises
+    ------
+    FaceZipError
+        ``CANNOT_WRITE`` for the output.
+    """
+    data = strict({**document, "findings": _findings(document)})
+    write_whole(folder / DATA, json.dumps(data, indent=1, allow_nan=False).encode())
+    return write_page(
+        folder / PAGE,
+        "experiments.html",
+        document=data,
+        data_name=DATA,
+        kicker="How the time to compress grows with the size of the textures",
+        title="Seconds per megatexel, by FaceZip",
+        sections=[_section(data["sizes"])],
+        conditions=condition_rows(data),
+        stances={},
+    )
+
+
+def _findings(document: Mapping[str, Any]) -> list[dict[str, str]]:
+    sizes = document["sizes"]
+    costs = [one["seconds_per_megatexel"] for one in sizes]
+    ratios = [one["ratio"] for one in sizes]
+    return [
+        {
+            "title": f"From {sizes[0]['resolution']}² to {sizes[-1]['resolution']}²",
+            "here": f"A megatexel of every texture costs {number(min(costs), 2)} to {number(max(costs), 2)} seconds: "
+            f"the dearest {number(document['factor'], 2)} times the cheapest.",
+        },
+        {
+            "title": "Beside its images",
+            "here": f"The whole run takes {number(min(ratios), 2)} to {number(max(ratios), 2)} times as long as "
+            "decoding and encoding the same images.",
+        },
+    ]
+
+
+def _section(sizes: Sequence[Size]) -> Section:
+    intro = "A level line is a cost that grows with the number of texels and no faster."
+    legend = tuple((_mark(key, (0, 0)), label, "") for key, (label, *_) in PARTS.items())
+    return Section(
+        "cost", "Cost", "Seconds per megatexel", intro, legend, ((_plot(sizes, WIDE), _plot(sizes, NARROW)),),
+        tables=(_table(sizes),),
+    )  # fmt: skip
+
+
+def _mark(key: str, at: tuple[float, float], words: str = "") -> Mark:
+    _, shape, tone = PARTS[key]
+    return dot(at, shape, tone, words)
+
+
+def _plot(sizes: Sequence[Size], width: float) -> Plot:
+    right = width - 8
+    # A step for every doubling of the side.
+    steps = [math.log2(one["resolution"]) for one in sizes]
+    across = Axis(min(steps) - 0.3, max(steps) + 0.3, LEFT, right, ())
+    up = Axis.around([_cost(one, "total") for one in sizes], BOTTOM, TOP, 6, zero=True)
+    marks = []
+    for key in reversed(PARTS):
+        places = [(across.at(step), up.at(_cost(one, key))) for step, one in zip(steps, sizes, strict=True)]
+        marks.append(line(places, PARTS[key][2], PARTS[key][0], opacity=1 if key == "total" else 0.5))
+        marks += [_mark(key, place, _words(one, key)) for place, one in zip(places, sizes, strict=True)]
+    ticks = tuple((round(across.at(step), 2), f"{one['resolution']}²") for step, one in zip(steps, sizes, strict=True))
+    frame = (width, BOTTOM + 48, LEFT, right, TOP, BOTTOM)
+    title = "Seconds per megatexel, by size"
+    return Plot(title, *frame, ticks, up.marks(), "Texels of a texture", "Seconds per megatexel", tuple(marks))
+
+
+def _cost(one: Size, key: str) -> float:
+    return float(one[f"{key}_s"] / (one["resolution"] ** 2 / 1e6))
+
+
+def _words(one: Size, key: str) -> str:
+    return f"{PARTS[key][0]}, {one['resolution']}²: {number(_cost(one, key), 3)} s per megatexel"
+
+
+def _table(sizes: Sequence[Size]) -> Table:
+    rows = [
+        Row(label, tuple(Cell(number(_cost(one, key), 3), f"{number(one[f'{key}_s'], 2)} s") for one in sizes))
+        for key, (label, *_) in PARTS.items()
+    ]
+    extra = (
+        Row("Whole run / images", tuple(Cell(number(one["ratio"], 2)) for one in sizes)),
+        Row("Peak memory, MB", tuple(Cell(f"{one['peak_memory_mb']:.0f}") for one in sizes)),
+        Row("RMSE, of 255", tuple(Cell(number(one["rmse"], 2)) for one in sizes)),
+    )
+    columns = tuple(f"{one['resolution']}²" for one in sizes)
+    return Table("Seconds per megatexel, and in all", "Part", columns, (*rows, *extra))

@@ -1,0 +1,98 @@
+"""Whose a pack is, and whether it is finished."""
+
+import pytest
+
+from facezip import write_pack
+from facezip.batch import finished
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.manifest import FILE_NAME
+from facezip.surface.pack import write_surface
+from tests.facezip.conftest import random_model
+from tests.facezip.surface.conftest import random_surface
+
+DOCUMENT = {"rmse": 1.5}
+
+
+@pytest.fixture
+def pack(tmp_path):
+    return tmp_path / "packs" / "anna.facezip"
+
+
+@pytest.fixture
+def anna(tmp_path):
+    return tmp_path / "scans" / "anna"
+
+
+def make(pack, seed=0):
+    write_pack(random_model(seed), pack, overwrite=True)
+
+
+def finish(pack, character, digest="d"):
+    make(pack)
+    finished.keep(pack, character, digest, DOCUMENT)
+
+
+def claim(pack, character, digest="other", overwrite=False, work=lambda: None):
+    with finished.claimed(pack, character, digest, overwrite):
+        work()
+
+
+def test_a_run_that_is_killed_leaves_a_pack_that_the_next_may_replace(pack, anna):
+    pack.parent.mkdir()
+    with pytest.raises(KeyboardInterrupt):
+        claim(pack, anna, work=lambda: (make(pack), (_ for _ in ()).throw(KeyboardInterrupt)))
+    assert finished.find(pack, "other") is None
+    assert finished.earlier(pack.parent, ()) == {}
+    claim(pack, anna)
+
+
+def test_a_run_that_fails_leaves_the_record_as_it_was(pack, anna):
+    pack.parent.mkdir()
+
+    def fail():
+        raise FaceZipError(ErrorCode.BAD_TEXELS, "not a number")
+
+    with pytest.raises(FaceZipError, match="not a number"):
+        claim(pack, anna, work=fail)
+    assert not any(pack.parent.iterdir())
+    finish(pack, anna)
+    with pytest.raises(FaceZipError, match="not a number"):
+        claim(pack, anna, work=fail)
+    assert finished.find(pack, "d") == DOCUMENT
+
+
+def test_who_may_replace_a_pack(pack, anna, tmp_path):
+    make(pack)
+    with pytest.raises(FaceZipError, match="not made by a batch"):
+        claim(pack, anna)
+    finish(pack, anna)
+    bert = tmp_path / "scans" / "bert"
+    with pytest.raises(FaceZipError, match="is of .*anna"):
+        claim(pack, bert)
+    # The same bytes with the same settings, moved.
+    claim(pack, bert, digest="d")
+    finish(pack, anna)
+    make(pack, seed=1)
+    with pytest.raises(FaceZipError, match="not made by a batch"):
+        claim(pack, anna)
+    (pack / FILE_NAME).write_bytes((pack / FILE_NAME).read_bytes()[:-9])
+    claim(pack, anna)
+    make(pack, seed=1)
+    claim(pack, bert, overwrite=True)
+
+
+@pytest.mark.parametrize("content", [b"", b"[]", b"{}", b'{"character": "anna", "document": 3}', b"\xff"])
+def test_a_spoilt_record_is_none(pack, anna, content):
+    finish(pack, anna)
+    pack.with_name("anna.facezip.json").write_bytes(content)
+    assert finished.find(pack, "d") is None
+    assert finished.earlier(pack.parent, ()) == {}
+
+
+def test_packs_of_several_maps_are_found_again(pack, anna):
+    from facezip.surface.joint import compress_surface
+
+    write_surface(compress_surface(random_surface(expressions=3), method="pca"), pack)
+    finished.keep(pack, anna, "d", DOCUMENT)
+    assert finished.find(pack, "d") == DOCUMENT
+    assert finished.earlier(pack.parent, ()) == {"anna": {**DOCUMENT, "character": str(anna)}}
