@@ -51,6 +51,8 @@ class _Limit:
             if len(mapping) == size:
                 return mapping, False
             self.free.append(mapping)
+        # A new size: what waits is of no more use, and its memory is.
+        self.free.clear()
         return self._new(size), True
 
     def _new(self, size: int) -> mmap.mmap:
