@@ -124,7 +124,8 @@ def balanced_start(
     uniform = by_rows(lambda rows: row, shape, np.float32)
     energies = joint_system(maps, uniform).matrix
     # How much the texels about each place count: the diagonal of one texture of ones.
-    texels = joint_system(maps, uniform[:, :1], [_ones(samples) for samples in maps]).matrix[:, 0, 0, 4]
+    first = np.ascontiguousarray(uniform[:, :1])
+    texels = joint_system(maps, first, [_ones(samples) for samples in maps]).matrix[:, 0, 0, 4]
     floored = np.maximum(texels, 1e-3 * texels.max())
 
     def energy(rows: slice) -> NDArray[np.float32]:
