@@ -72,7 +72,10 @@ def add_mesh(
         turned[np.abs(turned).max(axis=1) < SMALLEST_TURN] = 0
         turns.append(turned)
     primitives = [
-        _primitive(glb, meshes, normals, turns, split(chart), material) for material, chart in enumerate(charts)
+        _primitive(glb, meshes, normals, turns, split(chart), material)
+        for material, chart in enumerate(charts)
+        # No face may lie on a tile, and glTF has no empty primitive.
+        if len(chart.faces)
     ]
     glb.document["meshes"] = [
         {

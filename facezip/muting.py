@@ -1,6 +1,7 @@
 """Keeping libraries from the terminal while they read and write images: libpng and libtiff speak for themselves."""
 
 import os
+from contextlib import suppress
 from threading import Lock
 
 
@@ -17,9 +18,7 @@ class _MutedStderr:
         with self._lock:
             self._inside += 1
             if self._inside == 1:
-                self._kept = os.dup(2)
-                with open(os.devnull, "wb") as nowhere:
-                    os.dup2(nowhere.fileno(), 2)
+                self._begin()
 
     def __exit__(self, *_: object) -> None:
         with self._lock:
@@ -27,12 +26,18 @@ class _MutedStderr:
             if self._inside == 0:
                 self.end()
 
+    def _begin(self) -> None:
+        """Where no descriptor is left, what libraries say is seen."""
+        with suppress(OSError), open(os.devnull, "wb") as nowhere:
+            self._kept = os.dup(2)
+            os.dup2(nowhere.fileno(), 2)
+
     def end(self) -> None:
         """Restore the descriptor whatever threads are at: for the last words, as Ctrl-C may come in between."""
-        if self._kept >= 0:
-            os.dup2(self._kept, 2)
-            os.close(self._kept)
-            self._kept = -1
+        kept, self._kept = self._kept, -1
+        if kept >= 0:
+            os.dup2(kept, 2)
+            os.close(kept)
 
 
 muted_stderr = _MutedStderr()

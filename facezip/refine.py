@@ -9,7 +9,6 @@ At the end the weights are rounded to what a pack stores, and the textures fitte
 
 from collections.abc import Sequence
 from functools import partial
-from math import isqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +27,7 @@ from facezip.weights import SMOOTHNESS, WeightSystem, solve_weights
 TEXELS_VISITED = 2**24
 # The gauge in which a fit starts changes slowly: one is found for so many weight texels each way.
 GAUGE = 4
-# So many texels, or a sixteenth of all, tell the ranges of difference textures.
+# Of more texels a quarter tells the ranges of difference textures; of fewer, they depend on which.
 MANY_TEXELS = 2**20
 
 
@@ -42,8 +41,7 @@ def fitted(character: Character, samples: Samples, stored: NDArray[np.float32]) 
     """The difference textures, rounded to what a pack stores, that fit best to stored weight maps ``(N, h, w, R)``."""
     turned = stored.transpose(1, 3, 0, 2)
     weights = by_rows(lambda rows: turned[rows], turned.shape, np.float32)
-    step = min(isqrt(samples.importance.size // MANY_TEXELS), 4)
-    some = thinned(samples, step) if step > 1 else samples
+    some = thinned(samples, 2) if samples.importance.size > MANY_TEXELS else samples
     ranges = best_ranges(solve_textures(some, weights), some.importance)
     return CompressedTextures(
         neutral=character.texture("neutral"),
@@ -126,7 +124,8 @@ def balanced_start(
     uniform = by_rows(lambda rows: row, shape, np.float32)
     energies = joint_system(maps, uniform).matrix
     # How much the texels about each place count: the diagonal of one texture of ones.
-    texels = joint_system(maps, uniform[:, :1], [_ones(samples) for samples in maps]).matrix[:, 0, 0, 4]
+    first = np.ascontiguousarray(uniform[:, :1])
+    texels = joint_system(maps, first, [_ones(samples) for samples in maps]).matrix[:, 0, 0, 4]
     floored = np.maximum(texels, 1e-3 * texels.max())
 
     def energy(rows: slice) -> NDArray[np.float32]:

@@ -46,11 +46,17 @@ class _Limit:
 
     def mapped(self, size: int) -> tuple[mmap.mmap, bool]:
         """A mapping of a nameless file, and whether that is new and all zeros."""
-        for _ in range(len(self.free)):
-            mapping = self.free.popleft()
+        for _ in range(KEPT):
+            # Other threads, and arrays that end, are at it too.
+            try:
+                mapping = self.free.popleft()
+            except IndexError:
+                break
             if len(mapping) == size:
                 return mapping, False
             self.free.append(mapping)
+        # A new size: what waits is of no more use, and its memory is.
+        self.free.clear()
         return self._new(size), True
 
     def _new(self, size: int) -> mmap.mmap:
@@ -90,7 +96,7 @@ def limited(memory: int | None, folder: Path | None = None) -> Iterator[None]:
 
     Parameters
     ----------
-    memory : bytes; too few are refused where sizes are known (:func:`check`).
+    memory : bytes; too few are refused where sizes are known (:func:`check`). None leaves an outer limit as it is.
     folder : where the files are; None for the system's temporary folder.
     """
     global _limit

@@ -114,7 +114,7 @@ def command(
 
 def scratch_folder(output: Path) -> Path | None:
     """Where arrays wait: on the disk of the output, or where ``TMPDIR`` says; often the system's folder is memory."""
-    return None if os.environ.get("TMPDIR") else next(path for path in output.absolute().parents if path.is_dir())
+    return None if os.environ.get("TMPDIR") else next((p for p in output.absolute().parents if p.is_dir()), None)
 
 
 def given(context: click.Context) -> set[str]:

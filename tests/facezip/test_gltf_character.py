@@ -9,8 +9,11 @@ import pytest
 
 from facezip import FaceZipError, load_character, save_character
 from facezip.glb import Glb
+from facezip.gltf import add_mesh, start
 from facezip.gltf_character import VARIANTS
-from tests.facezip.conftest import random_character
+from facezip.meshes import Topology
+from facezip.model import Meshes
+from tests.facezip.conftest import grid_topology, random_character
 
 
 @pytest.fixture
@@ -226,3 +229,12 @@ def test_variants_are_named_as_the_expressions(file, scans):
     document = Glb.parse(file.read_bytes()).document
     names = [variant["name"] for variant in document["extensions"][VARIANTS]["variants"]]
     assert names == [*scans.expressions, "mask"]
+
+
+def test_a_tile_that_no_face_uses_has_no_primitive():
+    topology = grid_topology(4)
+    unused = Topology(topology.faces[:0], topology.uv, topology.face_uv[:0])
+    vertices = np.random.default_rng(0).normal(size=(16, 3)).astype(np.float32)
+    meshes = Meshes(topology, vertices, 0.1 * vertices[None])
+    primitives = add_mesh(start("head"), "head", meshes, ("smile",), [unused, topology])
+    assert [one["material"] for one in primitives] == [1]

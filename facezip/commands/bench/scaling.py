@@ -1,5 +1,6 @@
 """``facezip bench scaling``: how the main job's time grows with the size of the textures."""
 
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -70,9 +71,10 @@ def command(
                 "method": "facezip compress with its defaults",
                 "statistic": f"the run of median ratio of {repeats} at each size",
             },
-            "command": f"facezip bench scaling -o {output} "
+            "command": f"facezip bench scaling -o {shlex.quote(str(output))} "
             + " ".join(f"--resolution {side}" for side in sides)
-            + f" --expressions {expressions} --seed {seed} --repeats {repeats}",
+            + f" --expressions {expressions} --seed {seed} --repeats {repeats}"
+            + ("" if memory is None else f" --memory {memory / 1e6:.0f}M"),
         }
         write_scaling_report(document, folder)
     answer = {**document, "output": str(output), "report": str(output / "index.html")}
