@@ -76,7 +76,7 @@ def fit_weights(
     grid = -(-height // weight_scale), -(-width // weight_scale)
     weights = before = balanced_start(few, principal_weights(few, slots) if components is None else components, grid)
     unit, best, age = 0.0, -np.inf, 0
-    count = min(max(TEXELS_VISITED // (height * width), 4), 16)
+    count = alternations(height * width)
     for _ in track(range(count), "Refining", count):
         # Nesterov's momentum: far fewer alternations reach the same error.
         ahead = _extrapolated(weights, before, age / (age + 2))
@@ -91,6 +91,11 @@ def fit_weights(
             before, age = weights, 0
         best = explained
     return weights
+
+
+def alternations(texels: int) -> int:
+    """How many of them a fit of so many texels makes."""
+    return min(max(TEXELS_VISITED // texels, 4), 16)
 
 
 def joint_system(

@@ -13,6 +13,7 @@ from facezip.character import save_character
 from facezip.commands import options
 from facezip.commands.bench.compress import LIBRARIES, TINY
 from facezip.machine import conditions
+from facezip.refine import alternations
 from facezip.writing import whole_folder
 
 REPORT_FILE = "scaling.json"
@@ -90,7 +91,14 @@ def _measured(side: int, expressions: int, seed: int, repeats: int, memory: int 
         for name, texels in (("character", side), ("tiny", TINY)):
             save_character(make_character(texels, expressions, seed), work / name)
         found = bench_compress(work / "character", work / "tiny", work, repeats, memory)
-    return {"resolution": side, **found, "seconds_per_megatexel": found["total_s"] / (side * side / 1e6)}
+    megatexels = side * side / 1e6
+    return {
+        "resolution": side,
+        **found,
+        "seconds_per_megatexel": found["total_s"] / megatexels,
+        "alternations": alternations(side * side),
+        "alternation_s": found["fit_s"] / alternations(side * side),
+    }
 
 
 def _lines(answer: Mapping[str, Any]) -> list[str]:
