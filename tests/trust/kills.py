@@ -33,7 +33,7 @@ def check_kills(work: Path, part: float) -> list[Row]:
         _full_disk(work / "disk", max(3, round(40 * part))),
         _read_only_mount(work / "mounted"),
         _read_only_folder(),
-        _interrupts(work / "interrupts", max(2, round(20 * part))),
+        _interrupts(work / "interrupts", max(6, round(20 * part))),
     ]
 
 
@@ -216,6 +216,9 @@ def _interrupts(work: Path, count: int) -> Row:
         code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
         messages = (work / "messages").read_text(encoding="utf-8")
         caught += code == 130
+        if code == 0:
+            # It was done before: faster than was thought, as on a machine that others use.
+            typical *= 0.7
         clear = code == 0 or (code == 130 and len(messages.split()) < 15 and "facezip: interrupted" in messages)
         for fault, found in zip(
             faults, (packs.lost(), packs.leftovers(), "" if clear else f"{code} {messages}"), strict=True
