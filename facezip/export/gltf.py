@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from facezip.export.folder import Target
 from facezip.export.maps import BASIS, PNG, Format
 from facezip.export.shaders import GLSL, HLSL, render, shader, shader_words
-from facezip.export.sheets import Fill
 from facezip.export.source import Source, Tile
 from facezip.glb import GlbBuilder
 from facezip.gltf import CLAMPED, add_mesh, skin, start
@@ -67,7 +66,7 @@ def _stored(tile: Tile, name: str) -> Texels:
     sheet, at = tile.sheet_of(name)
     kind = next(kind for kind in tile.maps if kind.name == name)
     stored: NDArray[Any] = packed_neutral(sheet.model.neutral[..., at], kind, sheet.neutral_bits)
-    filled: Texels = Fill(sheet.covered)(stored)
+    filled: Texels = sheet.fill(stored)
     return filled
 
 

@@ -6,6 +6,7 @@ that their mip-maps hold are no other map's.
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
@@ -60,6 +61,11 @@ class Sheet:
         height, width, _ = self.model.neutral.shape
         return height, width
 
+    @cached_property
+    def fill(self) -> "Fill":
+        """What fills its textures outside the chart."""
+        return Fill(self.covered)
+
     @property
     def is_colour(self) -> bool:
         """Whether texels are encoded light, whose means are those of light."""
@@ -94,11 +100,10 @@ class Sheet:
 
     def stored(self) -> Iterator[Texels]:
         """Neutral and differences as the pack has them, outside the chart as what is nearest inside."""
-        fill = Fill(self.covered)
         neutral: NDArray[Any] = self.packed(self.model.neutral, self.neutral_bits)
-        yield fill(neutral)
+        yield self.fill(neutral)
         for slot, difference in enumerate(self.model.differences):
-            yield fill(self.steps(difference, slot))
+            yield self.fill(self.steps(difference, slot))
 
 
 def in_sheets(alone: Iterable[Sheet]) -> tuple[Sheet, ...]:

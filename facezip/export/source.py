@@ -12,7 +12,7 @@ from facezip.manifest import Manifest
 from facezip.meshes import Topology
 from facezip.model import Meshes
 from facezip.ranges import weight_files
-from facezip.raster import rasterise
+from facezip.raster import covered
 from facezip.surface.manifest import AnyManifest, StoredTexture, StoredTile
 from facezip.surface.maps import ALBEDO, KNOWN, MapKind
 from facezip.surface.model import CompressedSurface
@@ -131,20 +131,20 @@ def _layouts(manifest: AnyManifest) -> tuple[StoredTile, ...]:
 def _alone(surface: CompressedSurface, layout: StoredTile) -> list[Sheet]:
     """A sheet for each map of a tile."""
     topology = shifted(surface.meshes.topology, layout.number) if surface.meshes else None
-    covered: dict[tuple[int, int], NDArray[np.bool_]] = {}
+    charts_of: dict[tuple[int, int], NDArray[np.bool_]] = {}
     found = []
     for kind, texture in zip(surface.maps, layout.textures, strict=True):
-        if texture.size not in covered:
-            covered[texture.size] = _covered(topology, texture.size)
+        if texture.size not in charts_of:
+            charts_of[texture.size] = _covered(topology, texture.size)
         scale = np.array(texture.difference_scale, np.float32) / np.float32(kind.unit)
         model = replace(surface.parts[kind.name, layout.number], meshes=None)
         maps = ((kind, slice(0, scale.shape[1])),)
-        found.append(Sheet(maps, model, scale, texture.neutral_bits, covered[texture.size]))
+        found.append(Sheet(maps, model, scale, texture.neutral_bits, charts_of[texture.size]))
     return found
 
 
 def _covered(topology: Topology | None, size: tuple[int, int]) -> NDArray[np.bool_]:
-    chart = np.zeros(size, np.bool_) if topology is None else rasterise(topology, size).covered
+    chart = np.zeros(size, np.bool_) if topology is None else covered(topology, size)
     return chart if chart.any() else np.ones(size, np.bool_)
 
 
