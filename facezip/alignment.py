@@ -17,11 +17,11 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, uniform_filter
 
-from facezip import scratch
 from facezip.character import Character
 from facezip.cores import cores
 from facezip.fragments import texel_scale
 from facezip.progress import track
+from facezip.rows import by_rows
 
 # Displacements are found on so many windows a side ...
 GRID = 32
@@ -40,8 +40,6 @@ TOLERANCE = 0.25
 SURE = 0.5
 # Residuals of neighbouring texels are not independent: so many count as one.
 CORRELATED = 16
-# Rows of a texture that are reduced at a time.
-ROWS = 256
 # Side of the neighbourhood whose mean is taken away, in texels of a level.
 NEIGHBOURHOOD = 9
 # Added to values in [0, 1] before the logarithm, so that the noise of black texels does not count.
@@ -173,12 +171,8 @@ def _solved(sums: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.
 
 def _reduced(texels: NDArray[Any], factor: int) -> NDArray[np.float32]:
     """The mean ``(H / factor, W / factor)`` over channels and blocks of factor x factor; a part block is left out."""
-    out = np.empty((texels.shape[0] // factor, texels.shape[1] // factor), np.float32)
-    rows = -(-ROWS // factor)
-    for top in range(0, len(out), rows):
-        out[top : top + rows] = _means(texels[top * factor : (top + rows) * factor], factor)
-        scratch.ease()
-    return out
+    shape = texels.shape[0] // factor, texels.shape[1] // factor
+    return by_rows(lambda rows: _means(texels[rows.start * factor : rows.stop * factor], factor), shape, np.float32)
 
 
 @njit(cache=True, nogil=True)
