@@ -13,6 +13,10 @@ from facezip.names import printable
 FOLDER = click.Path(path_type=Path)
 
 as_json = click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout, nothing else there.")
+# Of the embedded character, and of what is measured.
+seed = click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="S")
+expressions = click.option("--expressions", type=click.IntRange(min=2), default=20, show_default=True, metavar="N")
+repeats = click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, metavar="N")
 overwrite = click.option("--overwrite", is_flag=True, help="Replace an output that facezip made before.")
 
 

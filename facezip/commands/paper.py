@@ -48,7 +48,7 @@ POSITIVE = click.IntRange(min=1)
     metavar="K",
     help="A number of masks to try, as often as you like; 5 to 103 if none.",
 )
-@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="S")
+@options.seed
 @options.overwrite
 @options.as_json
 def command(

@@ -34,7 +34,7 @@ REPORT_FILE = "rates.json"
 )
 @click.option("--resolution", default=512, show_default=True, metavar="TEXELS", help="Of the embedded character.")
 @click.option("--expressions", default=20, show_default=True, metavar="N", help="Of the embedded character.")
-@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="S")
+@options.seed
 @options.overwrite
 @options.as_json
 def command(

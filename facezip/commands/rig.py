@@ -44,7 +44,7 @@ FORMAT = "facezip-rig/1"
     help="How the textures are compressed.",
 )
 @click.option("--maps", type=click.Choice(MAPS), default=MAPS[0], show_default=True, help="Weight maps of the shapes.")
-@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="S")
+@options.seed
 @options.overwrite
 @options.as_json
 def command(

@@ -22,9 +22,9 @@ TINY = 64
 @click.command("compress")
 @click.option("--character", type=options.FOLDER, metavar="FOLDER", help="Scans; the embedded character if none.")
 @click.option("--resolution", type=click.IntRange(256, 8192), default=1024, show_default=True, metavar="TEXELS")
-@click.option("--expressions", type=click.IntRange(min=2), default=20, show_default=True, metavar="N")
-@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="S")
-@click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, metavar="N")
+@options.expressions
+@options.seed
+@options.repeats
 @options.memory
 @options.as_json
 @click.pass_context

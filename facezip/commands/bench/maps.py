@@ -18,8 +18,8 @@ from facezip.surface.sharing import compare_sharing
 @click.command("maps")
 @click.option("--character", type=options.FOLDER, metavar="FOLDER", help="Scans; the embedded character if none.")
 @click.option("--resolution", type=click.IntRange(64, 4096), default=512, show_default=True, metavar="TEXELS")
-@click.option("--expressions", type=click.IntRange(min=2), default=20, show_default=True, metavar="N")
-@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="S")
+@options.expressions
+@options.seed
 @click.option("--nuisances", type=click.FloatRange(0, 10), default=1.0, show_default=True, metavar="X", help="0: none.")
 @options.as_json
 @click.pass_context

@@ -12,7 +12,7 @@ from facezip.commands.bench.poses import make_poses, shot_options, stated
 
 @click.command("render")
 @shot_options
-@click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, metavar="N")
+@options.repeats
 def command(character: Path | None, packs: int, expressions: int, repeats: int, as_json: bool, **given: Any) -> None:
     """Time shared light paths against a scene and a call of mi.render for each image.
 

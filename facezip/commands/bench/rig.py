@@ -13,7 +13,7 @@ LIBRARIES = ("facezip", "numpy", "numba", "OpenImageIO", "scipy")
 
 @click.command("rig")
 @click.option("--resolution", type=click.IntRange(64, 4096), default=512, show_default=True, metavar="TEXELS")
-@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="S")
+@options.seed
 @click.option("--template-seed", type=click.IntRange(0, 2**32 - 1), default=1, show_default=True, metavar="S")
 @options.as_json
 def command(resolution: int, seed: int, template_seed: int, as_json: bool) -> None:

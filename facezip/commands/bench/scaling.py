@@ -32,9 +32,9 @@ SIDES = (512, 1024, 2048, 4096)
     metavar="TEXELS",
     help="A side of square textures; give it once for each size.",
 )
-@click.option("--expressions", type=click.IntRange(min=2), default=20, show_default=True, metavar="N")
-@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="S")
-@click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, metavar="N")
+@options.expressions
+@options.seed
+@options.repeats
 @options.memory
 @options.overwrite
 @options.as_json
