@@ -1,21 +1,17 @@
 """The report of ``facezip bench scaling``: what a megatexel costs at every size, part by part."""
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from facezip.writing import write_whole
-from reports.conditions import condition_rows
+from reports.experiments import write_experiments
 from reports.metrics import number
-from reports.page import write_page
 from reports.plots import Axis, Mark, Plot, dot, line
 from reports.sections import Section
 from reports.tables import Cell, Row, Table
-from reports.validation import strict
 
-PAGE, DATA = "index.html", "scaling.json"
+DATA = "scaling.json"
 WIDE, NARROW = 1200.0, 380.0
 LEFT, TOP, BOTTOM = 52.0, 36.0, 400.0
 # By their keys in the JSON, from the sum down to its parts, and last what it is compared with.
@@ -44,18 +40,13 @@ def write_scaling_report(document: Mapping[str, Any], folder: Path) -> Path:
     FaceZipError
         ``CANNOT_WRITE`` for the output.
     """
-    data = strict({**document, "findings": _findings(document)})
-    write_whole(folder / DATA, json.dumps(data, indent=1, allow_nan=False).encode())
-    return write_page(
-        folder / PAGE,
-        "experiments.html",
-        document=data,
-        data_name=DATA,
+    return write_experiments(
+        folder,
+        DATA,
+        {**document, "findings": _findings(document)},
+        lambda data: [_section(data["sizes"])],
         kicker="How the time to compress grows with the size of the textures",
         title="Seconds per megatexel, by FaceZip",
-        sections=[_section(data["sizes"])],
-        conditions=condition_rows(data),
-        stances={},
     )
 
 

@@ -1,19 +1,15 @@
 """The report of ``facezip rates``: findings, curves and tables, every number in its JSON."""
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from facezip.writing import write_whole
-from reports.conditions import condition_rows
-from reports.page import write_page
+from reports.experiments import write_experiments
 from reports.rates import curves
 from reports.rates.findings import find
 from reports.sections import Section
-from reports.validation import strict
 
-PAGE, DATA = "index.html", "rates.json"
+DATA = "rates.json"
 WIDE, NARROW = 1200.0, 380.0
 
 
@@ -30,18 +26,13 @@ def write_rates_report(document: Mapping[str, Any], folder: Path) -> Path:
     FaceZipError
         ``CANNOT_WRITE`` for the output.
     """
-    data = strict({**document, "findings": find(document)})
-    write_whole(folder / DATA, json.dumps(data, indent=1, allow_nan=False).encode())
-    return write_page(
-        folder / PAGE,
-        "experiments.html",
-        document=data,
-        data_name=DATA,
+    return write_experiments(
+        folder,
+        DATA,
+        {**document, "findings": find(document)},
+        lambda data: [section for one in data["rounds"] for section in (_section(one), _numbers(one))],
         kicker="Error against GPU memory: packs, and block compression of every texture",
-        title=f"{data['character']['name']} – error against GPU memory, by FaceZip",
-        sections=[section for one in data["rounds"] for section in (_section(one), _numbers(one))],
-        conditions=condition_rows(data),
-        stances={},
+        title=f"{document['character']['name']} – error against GPU memory, by FaceZip",
     )
 
 
