@@ -1,3 +1,7 @@
+import json
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -75,3 +79,15 @@ def refine(character, differences, weight_scale, importance=None):
 
 def principal_components(character, count):
     return compress(character, "pca", differences=count)
+
+
+def peak_of_compress(scans, pack, *options):
+    """Peak memory of ``facezip compress`` by PCA in a process of its own, and the document that it prints."""
+    line = ["compress", scans, "-o", pack, "--overwrite", "--method", "pca", "--differences", "6", "--json", *options]
+    # As many threads, and what they work on, on every machine.
+    call = "import os, sys; os.sched_getaffinity = lambda _: {0, 1}; "
+    call += "from facezip.cli import facezip; from facezip.machine import peak_memory; "
+    call += "facezip.main(standalone_mode=False); print(peak_memory(), file=sys.stderr)"
+    command = [sys.executable, "-c", call, *line]
+    done = subprocess.run([*map(str, command)], capture_output=True, text=True, timeout=120, check=True)
+    return int(done.stderr.split()[-1]), json.loads(done.stdout)

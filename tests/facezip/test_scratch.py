@@ -1,7 +1,6 @@
 """Where arrays live changes how much memory is taken, and nothing else."""
 
 import errno
-import json
 import os
 import signal
 import subprocess
@@ -26,7 +25,7 @@ from facezip.choice import choose
 from facezip.errors import ErrorCode
 from facezip.measure import pack_errors
 from facezip.textures import read_values, write_values
-from tests.facezip.conftest import random_character
+from tests.facezip.conftest import peak_of_compress, random_character
 from tests.facezip.surface.conftest import random_surface
 
 
@@ -79,19 +78,10 @@ def test_a_limit_is_kept_where_a_run_without_it_takes_more(tmp_path):
     neutral, textures = np.tile(small.neutral, (40, 40, 1)), np.tile(small.textures, (1, 40, 40, 1))
     save_character(replace(small, neutral=neutral, textures=textures), tmp_path / "scans")
 
-    def peak(*options):
-        line = ["compress", tmp_path / "scans", "-o", tmp_path / "pack", "--overwrite", "--method", "pca", "--json"]
-        # As many threads, and what they work on, on every machine.
-        call = "import os, sys; os.sched_getaffinity = lambda _: {0, 1}; "
-        call += "from facezip.cli import facezip; from facezip.machine import peak_memory; "
-        call += "facezip.main(standalone_mode=False); print(peak_memory(), file=sys.stderr)"
-        command = [sys.executable, "-c", call, *line, "--differences", "6", *options]
-        done = subprocess.run([*map(str, command)], capture_output=True, text=True, timeout=120, check=True)
-        return int(done.stderr.split()[-1]), json.loads(done.stdout)["rmse"]
-
-    (in_memory, error), (streamed, same) = peak(), peak("--memory", "420M")
+    in_memory, whole = peak_of_compress(tmp_path / "scans", tmp_path / "pack")
+    streamed, same = peak_of_compress(tmp_path / "scans", tmp_path / "pack", "--memory", "420M")
     assert streamed < 420e6 < in_memory
-    assert same == error
+    assert same["rmse"] == whole["rmse"]
 
 
 def test_pages_that_are_let_go_keep_what_was_written(tmp_path):

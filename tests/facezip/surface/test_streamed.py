@@ -1,8 +1,5 @@
 """Surfaces under a limit of memory, and read by other bands: less is resident, and nothing else changes."""
 
-import json
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +8,7 @@ import pytest
 from facezip import compress_surface, decoding, load_surface, read_surface, save_surface, scratch, write_surface
 from facezip.surface.errors import surface_errors
 from facezip.surface.maps import MapKind
+from tests.facezip.conftest import peak_of_compress
 from tests.facezip.surface.conftest import random_surface, write_floats
 
 
@@ -87,16 +85,7 @@ def test_a_limit_is_kept_where_a_run_without_it_takes_more(tmp_path):
     }
     save_surface(replace(small, parts=parts), tmp_path / "scans")
 
-    def peak(*options):
-        line = ["compress", tmp_path / "scans", "-o", tmp_path / "pack", "--overwrite", "--method", "pca", "--json"]
-        # As many threads, and what they work on, on every machine.
-        call = "import os, sys; os.sched_getaffinity = lambda _: {0, 1}; "
-        call += "from facezip.cli import facezip; from facezip.machine import peak_memory; "
-        call += "facezip.main(standalone_mode=False); print(peak_memory(), file=sys.stderr)"
-        command = [sys.executable, "-c", call, *line, "--differences", "6", *options]
-        done = subprocess.run([*map(str, command)], capture_output=True, text=True, timeout=120, check=True)
-        return int(done.stderr.split()[-1]), json.loads(done.stdout)["errors"]
-
-    (in_memory, error), (streamed, same) = peak(), peak("--memory", "420M")
+    in_memory, whole = peak_of_compress(tmp_path / "scans", tmp_path / "pack")
+    streamed, same = peak_of_compress(tmp_path / "scans", tmp_path / "pack", "--memory", "420M")
     assert streamed < 420e6 < in_memory
-    assert same == error
+    assert same["errors"] == whole["errors"]
