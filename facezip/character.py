@@ -12,6 +12,7 @@ from facezip import scratch
 from facezip.cores import cores
 from facezip.decoding import stated_size
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.manifest import FILE_NAME as PACKED
 from facezip.meshes import Topology, read_obj, write_obj
 from facezip.names import MAX_CHARACTERS, first_unusable, printable
 from facezip.progress import track
@@ -197,6 +198,10 @@ def save_character(character: Character, folder: str | Path) -> None:
 def _expression_names(folder: Path) -> tuple[str, ...]:
     if not folder.is_dir():
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no such folder; give the folder with neutral.obj in it")
+    if (folder / PACKED).is_file():
+        raise FaceZipError(
+            ErrorCode.BAD_CHARACTER, f"{folder}: is a pack; give the folder of scans that it was made of"
+        )
     meshes = sorted(path.stem for path in folder.glob("*.obj"))
     if NEUTRAL not in meshes:
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no neutral.obj; a character needs a neutral mesh")

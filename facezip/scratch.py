@@ -119,7 +119,7 @@ def check(row_bytes: int, whole: int = 0) -> None:
     if _limit is not None and _limit.memory < least:
         raise FaceZipError(
             ErrorCode.BAD_VALUE,
-            f"memory of {_limit.memory / 1e6:.0f}M: these textures need {-(-least // 10**6)}M at least",
+            f"--memory {_limit.memory / 1e6:.0f}M: these textures need {-(-least // 10**6)}M at least; allow as much",
         )
 
 

@@ -3,7 +3,8 @@ import shutil
 import numpy as np
 import pytest
 
-from facezip import FaceZipError, load_character, save_character
+from facezip import FaceZipError, compress, load_character, save_character, write_pack
+from facezip.errors import ErrorCode
 from facezip.meshes import write_obj
 from facezip.textures import write_texture
 from tests.facezip.conftest import grid_topology, random_character
@@ -111,3 +112,10 @@ def test_an_empty_folder_and_a_lone_expression_are_refused(tmp_path, folder):
 def test_the_order_of_expressions_is_that_of_their_names(tmp_path, folder):
     shutil.copytree(folder, tmp_path / "copy")
     assert load_character(tmp_path / "copy").expressions == tuple(sorted(load_character(folder).expressions))
+
+
+def test_a_pack_in_the_place_of_scans_is_named_as_one(character, tmp_path):
+    write_pack(compress(character), tmp_path / "me.facezip")
+    with pytest.raises(FaceZipError, match=r"me\.facezip: is a pack; give the folder of scans") as refusal:
+        load_character(tmp_path / "me.facezip")
+    assert refusal.value.code is ErrorCode.BAD_CHARACTER
