@@ -255,13 +255,18 @@ def _add_any_products(
     run: int,
     products: NDArray[np.float32],
 ) -> None:
+    """As :func:`_add_products`, of any number of channels: one after the other, each sum kept beside."""
+    total = np.empty(run, np.float32)
     for i in range(len(weighted)):
         for n in range(differences.shape[1]):
+            total[:] = 0
             for c in range(weighted.shape[1]):
                 for x in range(run):
-                    term = weighted[i, c, x] * differences[c, n, x]
-                    products[0, i, n, x] += term - fy * term
-                    products[1, i, n, x] += fy * term
+                    total[x] += weighted[i, c, x] * differences[c, n, x]
+            for x in range(run):
+                share = fy * total[x]
+                products[0, i, n, x] += total[x] - share
+                products[1, i, n, x] += share
 
 
 @njit(cache=True, nogil=True)
