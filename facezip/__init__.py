@@ -11,43 +11,43 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from facezip.character import Character, load_character, save_character
-    from facezip.choice import choose
+    from facezip.character.folder import load_surface, save_surface
+    from facezip.character.scans import Character, load_character, save_character
+    from facezip.character.surface import Surface
     from facezip.errors import ErrorCode, FaceZipError
-    from facezip.meshes import Topology
-    from facezip.methods import compress
-    from facezip.model import CompressedTextures, Meshes
-    from facezip.pack import read_pack, verify_pack, write_pack
-    from facezip.surface.folder import load_surface, save_surface
-    from facezip.surface.joint import compress_surface
-    from facezip.surface.model import CompressedSurface
-    from facezip.surface.pack import read_surface, write_surface
-    from facezip.surface.scans import Surface
+    from facezip.files.obj import Topology
+    from facezip.fit.choice import choose
+    from facezip.fit.joint import compress_surface
+    from facezip.fit.methods import compress
+    from facezip.pack.model import CompressedTextures, Meshes
+    from facezip.pack.surface_model import CompressedSurface
+    from facezip.pack.version_1 import read_pack, verify_pack, write_pack
+    from facezip.pack.version_2 import read_surface, write_surface
 
 __version__ = "0.1.0"
 
 # Where each public name lives: modules load on first use, so that `facezip info` starts at once.
 _HOMES = {
-    "Character": "character",
-    "CompressedSurface": "surface.model",
-    "CompressedTextures": "model",
+    "Character": "character.scans",
+    "CompressedSurface": "pack.surface_model",
+    "CompressedTextures": "pack.model",
     "ErrorCode": "errors",
     "FaceZipError": "errors",
-    "Meshes": "model",
-    "Surface": "surface.scans",
-    "Topology": "meshes",
-    "choose": "choice",
-    "compress": "methods",
-    "compress_surface": "surface.joint",
-    "load_character": "character",
-    "load_surface": "surface.folder",
-    "read_pack": "pack",
-    "read_surface": "surface.pack",
-    "save_character": "character",
-    "save_surface": "surface.folder",
-    "verify_pack": "pack",
-    "write_pack": "pack",
-    "write_surface": "surface.pack",
+    "Meshes": "pack.model",
+    "Surface": "character.surface",
+    "Topology": "files.obj",
+    "choose": "fit.choice",
+    "compress": "fit.methods",
+    "compress_surface": "fit.joint",
+    "load_character": "character.scans",
+    "load_surface": "character.folder",
+    "read_pack": "pack.version_1",
+    "read_surface": "pack.version_2",
+    "save_character": "character.scans",
+    "save_surface": "character.folder",
+    "verify_pack": "pack.version_1",
+    "write_pack": "pack.version_1",
+    "write_surface": "pack.version_2",
 }
 
 __all__ = [

@@ -7,8 +7,8 @@ from importlib import import_module
 import click
 
 from facezip.errors import ExitCode, FaceZipError
-from facezip.muting import muted_stderr
-from facezip.progress import show_progress
+from facezip.files.muting import muted_stderr
+from facezip.machine.progress import show_progress
 
 VERBS = {
     "demo": "The main job on the embedded character: compress, render, report.",

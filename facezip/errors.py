@@ -2,7 +2,7 @@
 
 from enum import IntEnum, StrEnum
 
-from facezip.names import printable
+from facezip.files.names import printable
 
 
 class ExitCode(IntEnum):

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.originals import Originals
-from facezip.progress import track
-from facezip.sequences import Pose
+from facezip.machine.progress import track
+from facezip.rigging.originals import Originals
+from facezip.rigging.sequences import Pose
 from render.llvm import start
 from render.metrics import UNITS, Picture, compare, display, head_crop
 from render.paired import Images, PairedRenderer, upload

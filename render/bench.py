@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character import Character
-from facezip.progress import track
-from facezip.textures import decode_srgb
+from facezip.character.scans import Character
+from facezip.files.images import decode_srgb
+from facezip.machine.progress import track
 from render.llvm import start
 from render.mesh import HeadMesh
 from render.paired import PairedRenderer, upload

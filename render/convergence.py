@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from facezip.character import Character
-from facezip.progress import track
+from facezip.character.scans import Character
+from facezip.machine.progress import track
 from render.bench import Pose, renderer_of
 from render.decision import of_halves, stream, without_bias
 from render.metrics import METRICS, Picture, compare, display, head_crop

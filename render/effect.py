@@ -5,8 +5,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character import Character
-from facezip.progress import task
+from facezip.character.scans import Character
+from facezip.machine.progress import task
 from render.importance import Sight
 from render.metrics import display, image_rmse
 from render.paired import upload

@@ -12,8 +12,8 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, files
 from pathlib import Path
 
-from facezip.cores import cores
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.machine.cores import cores
 
 VARIABLE = "DRJIT_LIBLLVM_PATH"
 VARIANT = "llvm_ad_rgb"

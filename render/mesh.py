@@ -6,7 +6,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from facezip.meshes import Topology
+from facezip.files.obj import Topology
 
 NAME = "head"
 

@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from facezip.rows import map_rows
+from facezip.machine.rows import map_rows
 from render.paired import PairedRenderer, Paths, upload
 from scenes.cameras import View
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
-from facezip.meshes import Topology
+from facezip.files.obj import Topology
 from render.metrics import window_means
 
 # Side, height and depth of each region in half breadths of the face from the tip of the nose; the first that fits.

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character import NEUTRAL, Character
+from facezip.character.scans import NEUTRAL, Character
 from render.colour import delta_e_2000
 from render.decision import judge, stream
 from render.metrics import Picture, compare, display, head_crop

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.writing import write_whole
+from facezip.files.writing import write_whole
 from render.exr import write_exr
 
 RENDERS = "renders"

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from facezip.character import NEUTRAL, Character, check_names
-from facezip.cores import cores
-from facezip.progress import task
+from facezip.character.scans import NEUTRAL, Character, check_names
+from facezip.machine.cores import cores
+from facezip.machine.progress import task
 from render.flip import PIXELS_PER_DEGREE
 from render.llvm import start
 from render.metrics import UNITS

@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from facezip.alignment import GRID, SURE, THRESHOLD, Alignment
-from facezip.character import Character
-from facezip.writing import write_whole
+from facezip.character.alignment import GRID, SURE, THRESHOLD, Alignment
+from facezip.character.scans import Character
+from facezip.files.writing import write_whole
 
 COLOUR_MAP, INK, PAPER, ALARM = "inferno", "#e8e6e3", "#18191b", "#ff8a5c"
 # Of one picture on the sheet, in inches and in texels.

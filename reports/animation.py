@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from facezip.writing import write_whole
+from facezip.files.writing import write_whole
 from render.paired import Images
 from reports.conditions import condition_rows
 from reports.frames import Reel, moving, sheet

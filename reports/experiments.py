@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from facezip.writing import write_whole
+from facezip.files.writing import write_whole
 from reports.conditions import condition_rows
 from reports.page import write_page
 from reports.sections import Section

@@ -8,7 +8,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from facezip.writing import write_whole
+from facezip.files.writing import write_whole
 
 _SCRIPT = "page.js"
 _STYLE = "style.css"

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.progress import track
+from facezip.machine.progress import track
 from render.exr import read_exr
 from reports.images import BACKDROP, ColourScale, Crop, data_uri, difference, display, read_coverage, to_bytes
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from facezip.progress import track
+from facezip.machine.progress import track
 from reports.page import write_page
 from reports.tables import Cell, Row, Table
 

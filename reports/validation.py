@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from facezip.writing import write_whole
+from facezip.files.writing import write_whole
 from reports.cards import Card, make_cards
 from reports.conditions import condition_rows, glossary
 from reports.images import ColourScale

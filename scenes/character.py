@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character import Character
+from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.progress import track
+from facezip.machine.progress import track
 from scenes.face.capture import Nuisances, captured
 from scenes.face.expressions import expression_weights
 from scenes.face.head import Head, build_head

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character import Character
-from facezip.progress import track
-from facezip.surface.maps import ALBEDO, KNOWN, normals_of
-from facezip.surface.scans import FIRST_TILE, Surface, shifted
-from facezip.textures import Texels
+from facezip.character.maps import ALBEDO, KNOWN, normals_of
+from facezip.character.scans import Character
+from facezip.character.surface import FIRST_TILE, Surface, shifted
+from facezip.files.images import Texels
+from facezip.machine.progress import track
 from scenes.character import Person, captures, make_character
 from scenes.face.capture import Nuisances, captured
 from scenes.face.expressions import expression_weights

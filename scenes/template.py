@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.meshes import write_obj
-from facezip.progress import track
+from facezip.files.obj import write_obj
+from facezip.machine.progress import track
 from facezip.rigging.template import Template
 from scenes.face.head import build_head
 from scenes.face.shapes import ARKIT_SHAPES, shape_deltas

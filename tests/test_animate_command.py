@@ -8,17 +8,17 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from facezip.character import save_character
+from facezip.character.scans import save_character
 from facezip.cli import facezip
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.methods import compress
-from facezip.originals import originals_of
-from facezip.pack import write_pack
-from facezip.sequences import ARKIT, EMBEDDED, Pose, frames_of, poses_for
-from facezip.textures import to_float
+from facezip.files.images import to_float
+from facezip.fit.methods import compress
+from facezip.pack.version_1 import write_pack
+from facezip.rigging.originals import originals_of
+from facezip.rigging.sequences import ARKIT, EMBEDDED, Pose, frames_of, poses_for
 from scenes.face.expressions import EXPRESSIONS
 from scenes.face.shapes import ARKIT_SHAPES
-from tests.facezip.rigging_case import make_case
+from tests.facezip.rigging.case import make_case
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 
 from facezip import save_character, verify_pack
 from facezip.errors import ExitCode
-from facezip.textures import read_texture, write_texture
+from facezip.files.images import read_texture, write_texture
 from tests.facezip.conftest import random_character
 from tests.test_cli import run
 from tests.test_resume import numbers

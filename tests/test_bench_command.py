@@ -9,7 +9,7 @@ import pytest
 
 from facezip import load_character, save_character
 from facezip.errors import ExitCode
-from facezip.textures import write_texture
+from facezip.files.images import write_texture
 from tests.facezip.conftest import random_character
 from tests.test_cli import run
 

@@ -63,7 +63,7 @@ def test_the_same_samples_do_not_deviate_from_themselves(character_on_a_ball):
 
 @pytest.fixture
 def character_on_a_ball():
-    from facezip.character import Character
+    from facezip.character.scans import Character
     from tests.render.conftest import lumpy_head
 
     vertices, topology = lumpy_head()

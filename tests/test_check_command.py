@@ -10,9 +10,9 @@ from PIL import Image
 
 from facezip import load_character, save_character
 from facezip.errors import ExitCode
-from facezip.textures import read_texture, write_texture
+from facezip.files.images import read_texture, write_texture
 from scenes.character import make_character
-from tests.facezip.test_alignment import MOVED, moved
+from tests.facezip.character.test_alignment import MOVED, moved
 from tests.test_cli import run
 
 

@@ -10,7 +10,7 @@ import pytest
 from facezip import read_pack, save_character
 from facezip.cli import VERBS
 from facezip.errors import ExitCode
-from facezip.textures import read_texture, write_texture
+from facezip.files.images import read_texture, write_texture
 from tests.facezip.conftest import random_character
 
 

@@ -20,8 +20,8 @@ from facezip import (
 )
 from facezip.batch.processes import ProcessWorkers
 from facezip.batch.workers import crew
-from facezip.meshes import MAX_BYTES, read_obj, write_obj
-from facezip.textures import read_texture, write_texture
+from facezip.files.images import read_texture, write_texture
+from facezip.files.obj import MAX_BYTES, read_obj, write_obj
 from render.llvm import VARIABLE, usable_library
 from tests.facezip.conftest import grid_topology, random_character, random_model
 from tests.trust.claims import sign

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from facezip import FaceZipError, read_pack, write_pack
+from facezip.blocks.basis import find_package
 from facezip.cli import main
 from facezip.errors import ErrorCode, ExitCode
 from facezip.export import TARGETS
-from facezip.export.basis import find_package
-from facezip.surface.pack import write_surface
-from facezip.textures import read_texture_exactly
+from facezip.files.images import read_texture_exactly
+from facezip.pack.version_2 import write_surface
 from tests.facezip.export.conftest import layered_model, smooth_model
 
 # The page for browsers has tests of its own: tests/browser and tests/test_view_command.py.

@@ -13,13 +13,13 @@ import OpenImageIO as oiio
 import pytest
 
 from facezip import load_surface, read_surface, save_character, save_surface
+from facezip.character.maps import angles
+from facezip.character.neutrals import packed_neutral
 from facezip.cli import main
 from facezip.errors import ExitCode
-from facezip.surface.maps import angles
-from facezip.surface.neutrals import packed_neutral
-from facezip.textures import read_texture_exactly, write_texture
+from facezip.files.images import read_texture_exactly, write_texture
 from tests.facezip.conftest import random_character
-from tests.facezip.surface.conftest import random_surface
+from tests.facezip.surfaces import random_surface
 
 
 def run(*arguments):

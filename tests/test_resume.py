@@ -10,7 +10,7 @@ import time
 import pytest
 
 from facezip import FaceZipError, save_character
-from facezip.writing import resumable_folder
+from facezip.files.writing import resumable_folder
 from tests.facezip.conftest import random_character
 from tests.test_cli import run
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from facezip.character import save_character
+from facezip.character.scans import save_character
 from facezip.cli import facezip
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.meshes import read_obj, write_obj
-from facezip.pack import read_pack
+from facezip.files.obj import read_obj, write_obj
+from facezip.pack.version_1 import read_pack
 from facezip.rigging.template import load_template
-from tests.facezip.rigging_case import SHAPES, make_case
+from tests.facezip.rigging.case import SHAPES, make_case
 
 
 @pytest.fixture(scope="module")

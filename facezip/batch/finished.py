@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.manifest import FILE_NAME
-from facezip.reading import reading
-from facezip.surface.pack import verify_surface
-from facezip.verification import is_pack, stored
-from facezip.writing import write_whole
+from facezip.files.reading import reading
+from facezip.files.writing import write_whole
+from facezip.pack.manifest import FILE_NAME
+from facezip.pack.verification import is_pack, stored
+from facezip.pack.version_2 import verify_surface
 
 
 def digest_of(character: Path, settings: Mapping[str, Any]) -> str:

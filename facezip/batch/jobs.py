@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from facezip.character import NEUTRAL
+from facezip.character.scans import NEUTRAL
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.names import first_unusable, printable
+from facezip.files.names import first_unusable, printable
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from facezip.batch.processes import ProcessWorkers, worker_lost
-from facezip.cores import cores, use_cores
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.progress import task
+from facezip.machine.cores import cores, use_cores
+from facezip.machine.progress import task
 
 Result = TypeVar("Result")
 

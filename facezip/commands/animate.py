@@ -5,12 +5,12 @@ from typing import Any
 
 import click
 
-from facezip.character import load_character
+from facezip.character.scans import load_character
 from facezip.commands import options
-from facezip.originals import originals_of
-from facezip.pack import read_pack
-from facezip.sequences import frames_of, poses_for
-from facezip.writing import whole_folder
+from facezip.files.writing import whole_folder
+from facezip.pack.version_1 import read_pack
+from facezip.rigging.originals import originals_of
+from facezip.rigging.sequences import frames_of, poses_for
 
 
 @click.command("animate")

@@ -11,7 +11,6 @@ from typing import Any
 
 import click
 
-from facezip import scratch
 from facezip.batch import finished
 from facezip.batch.jobs import Job, find_jobs
 from facezip.batch.workers import crew
@@ -28,7 +27,8 @@ from facezip.commands.compress import (
 )
 from facezip.commands.options import megabytes
 from facezip.errors import ErrorCode, ExitCode, FaceZipError
-from facezip.writing import alone, write_whole
+from facezip.files.writing import alone, write_whole
+from facezip.machine.memory import limited
 
 FORMAT = "facezip-batch/1"
 FILE_NAME = "batch.json"
@@ -102,7 +102,7 @@ def compress_unless_finished(
     document = finished.find(pack, digest)
     if document is not None:
         return {"status": "kept", **document}
-    with finished.claimed(pack, character, digest, overwrite), scratch.limited(memory, scratch_folder(pack)):
+    with finished.claimed(pack, character, digest, overwrite), limited(memory, scratch_folder(pack)):
         document = compress_into(character, pack, settings, overwrite=True)
     finished.keep(pack, character, digest, document)
     return {"status": "made", **document}

@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character import NEUTRAL, Character
-from facezip.commands.facts import pack_facts
+from facezip.character.atlas import Atlas
+from facezip.character.folder import load_surface
+from facezip.character.maps import ALBEDO, MapKind
+from facezip.character.scans import NEUTRAL, Character
+from facezip.character.surface import Surface
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.pack import is_pack
-from facezip.surface.atlas import Atlas
-from facezip.surface.errors import surface_errors, texture_surface_errors
-from facezip.surface.folder import load_surface
-from facezip.surface.footprint import SurfaceFootprint
-from facezip.surface.manifest import read_any_manifest
-from facezip.surface.maps import ALBEDO, MapKind
-from facezip.surface.model import CompressedSurface
-from facezip.surface.pack import read_surface
-from facezip.surface.scans import Surface
+from facezip.pack.errors import surface_errors, texture_surface_errors
+from facezip.pack.facts import pack_facts
+from facezip.pack.surface_footprint import SurfaceFootprint
+from facezip.pack.surface_manifest import read_any_manifest
+from facezip.pack.surface_model import CompressedSurface
+from facezip.pack.version_1 import is_pack
+from facezip.pack.version_2 import read_surface
 
 if TYPE_CHECKING:
     from render.skins import Texture

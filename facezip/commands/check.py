@@ -8,12 +8,12 @@ from typing import Any
 
 import click
 
-from facezip.alignment import THRESHOLD, Alignment, alignments
-from facezip.character import Character, load_character, save_character
+from facezip.character.alignment import THRESHOLD, Alignment, alignments
+from facezip.character.registration import register
+from facezip.character.scans import Character, load_character, save_character
 from facezip.commands import options
 from facezip.errors import ExitCode
-from facezip.registration import register
-from facezip.writing import whole_folder
+from facezip.files.writing import whole_folder
 
 FORMAT = "facezip-alignment/1"
 FILE_NAME, SHEET = "alignment.json", "alignment.png"

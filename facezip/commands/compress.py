@@ -12,25 +12,25 @@ import numpy as np
 from click.core import ParameterSource
 from numpy.typing import NDArray
 
-from facezip import scratch
-from facezip.alignment import alignments
-from facezip.character import Character
-from facezip.choice import Choice, choose
+from facezip.character.alignment import alignments
+from facezip.character.folder import load_surface
+from facezip.character.maps import ALBEDO
+from facezip.character.scans import Character
+from facezip.character.surface import Surface
 from facezip.commands import options
-from facezip.commands.facts import memory_words, pack_facts
 from facezip.commands.layered import compress_layered, layered_lines, parse_map_weights
 from facezip.commands.options import megabytes
-from facezip.manifest import read_manifest
-from facezip.measure import mean_rmse, pack_errors
-from facezip.methods import METHODS, Settings, check, compress, made_with
-from facezip.model import CompressedTextures
-from facezip.names import printable
-from facezip.pack import is_pack, write_pack
-from facezip.surface.folder import load_surface
-from facezip.surface.maps import ALBEDO
-from facezip.surface.scans import Surface
-from facezip.textures import read_values
-from facezip.writing import check_target
+from facezip.files.images import read_values
+from facezip.files.names import printable
+from facezip.files.writing import check_target
+from facezip.fit.choice import Choice, choose
+from facezip.fit.methods import METHODS, Settings, check, compress, made_with
+from facezip.machine.memory import limited
+from facezip.pack.facts import memory_words, pack_facts
+from facezip.pack.manifest import read_manifest
+from facezip.pack.measure import mean_rmse, pack_errors
+from facezip.pack.model import CompressedTextures
+from facezip.pack.version_1 import is_pack, write_pack
 
 # In the order in which a pack states them.
 FIT = ("method", "differences", "weight_scale", "masks", "restarts", "seed")
@@ -97,7 +97,7 @@ def command(
     NAME.specular.png and NAME.cavity.png beside them share the weight maps; NAME.1001.png … are UDIM tiles.
     """
     check_together(given(context), settings, importance)
-    with scratch.limited(memory, scratch_folder(output)):
+    with limited(memory, scratch_folder(output)):
         document = compress_into(
             character,
             output,

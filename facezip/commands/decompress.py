@@ -4,15 +4,15 @@ from pathlib import Path
 
 import click
 
+from facezip.character.folder import file_name, write_map
+from facezip.character.maps import MapKind
 from facezip.commands import options
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.progress import track
-from facezip.surface.folder import file_name, write_map
-from facezip.surface.manifest import neutral_bits_of, read_any_manifest
-from facezip.surface.maps import MapKind
-from facezip.surface.model import CompressedSurface
-from facezip.surface.pack import read_surface
-from facezip.writing import whole_folder
+from facezip.files.writing import whole_folder
+from facezip.machine.progress import track
+from facezip.pack.surface_manifest import neutral_bits_of, read_any_manifest
+from facezip.pack.surface_model import CompressedSurface
+from facezip.pack.version_2 import read_surface
 
 BLEND_FILE = "blend"
 

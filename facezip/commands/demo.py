@@ -6,14 +6,14 @@ from typing import Any
 
 import click
 
-from facezip.character import Character, load_character, save_character
+from facezip.character.scans import Character, load_character, save_character
+from facezip.character.surface import Surface
 from facezip.commands import options
 from facezip.commands.candidates import candidate
 from facezip.commands.compress import DEFAULTS, write_measured
-from facezip.measure import mean_rmse, texture_errors
-from facezip.methods import compress, made_with
-from facezip.surface.scans import Surface
-from facezip.writing import whole_folder
+from facezip.files.writing import whole_folder
+from facezip.fit.methods import compress, made_with
+from facezip.pack.measure import mean_rmse, texture_errors
 
 REPORT = "report"
 PACK = "character.facezip"

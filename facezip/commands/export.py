@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from facezip.character import load_character
+from facezip.character.scans import load_character
 from facezip.commands import options
 from facezip.commands.options import megabytes
 from facezip.export import TARGETS

@@ -6,10 +6,10 @@ from typing import Any
 
 import click
 
-from facezip.character import load_character
+from facezip.character.scans import load_character
 from facezip.commands import options
-from facezip.textures import write_values
-from facezip.writing import whole_folder
+from facezip.files.images import write_values
+from facezip.files.writing import whole_folder
 from scenes.cameras import VIEWS
 from scenes.lights import RIGS
 

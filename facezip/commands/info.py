@@ -6,9 +6,9 @@ from typing import Any
 import click
 
 from facezip.commands import options
-from facezip.commands.facts import memory_words, pack_facts
 from facezip.commands.options import megabytes
-from facezip.surface.manifest import read_any_manifest
+from facezip.pack.facts import memory_words, pack_facts
+from facezip.pack.surface_manifest import read_any_manifest
 
 
 @click.command("info")

@@ -4,17 +4,17 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from facezip.commands.facts import memory_words, pack_facts
+from facezip.character.maps import ALBEDO
+from facezip.character.surface import Surface
 from facezip.commands.options import megabytes
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.methods import made_with
-from facezip.surface.errors import surface_errors
-from facezip.surface.joint import compress_surface
-from facezip.surface.manifest import read_any_manifest
-from facezip.surface.maps import ALBEDO
-from facezip.surface.model import CompressedSurface
-from facezip.surface.pack import read_surface, write_surface
-from facezip.surface.scans import Surface
+from facezip.fit.joint import compress_surface
+from facezip.fit.methods import made_with
+from facezip.pack.errors import surface_errors
+from facezip.pack.facts import memory_words, pack_facts
+from facezip.pack.surface_manifest import read_any_manifest
+from facezip.pack.surface_model import CompressedSurface
+from facezip.pack.version_2 import read_surface, write_surface
 
 
 def compress_layered(

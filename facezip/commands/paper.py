@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from facezip.character import Character, load_character
+from facezip.character.scans import Character, load_character
 from facezip.commands import options
-from facezip.writing import whole_folder
+from facezip.files.writing import whole_folder
 
 if TYPE_CHECKING:
     from reports.paper.experiments import Settings

@@ -6,10 +6,10 @@ from typing import Any
 
 import click
 
-from facezip.character import load_character
-from facezip.codecs import EFFORTS
+from facezip.blocks.codecs import EFFORTS
+from facezip.character.scans import load_character
 from facezip.commands import options
-from facezip.writing import whole_folder
+from facezip.files.writing import whole_folder
 
 REPORT_FILE = "rates.json"
 

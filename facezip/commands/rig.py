@@ -9,21 +9,21 @@ from typing import Any
 
 import click
 
-from facezip.character import NEUTRAL, Character, load_character
+from facezip.character.scans import NEUTRAL, Character, load_character
 from facezip.commands import options
 from facezip.commands.compress import DEFAULTS
-from facezip.commands.facts import pack_facts
 from facezip.commands.options import megabytes
-from facezip.manifest import read_manifest
-from facezip.meshes import write_obj
-from facezip.methods import METHODS, compress, made_with
-from facezip.pack import is_pack, write_pack
-from facezip.progress import track
+from facezip.files.obj import write_obj
+from facezip.files.writing import whole_folder
+from facezip.fit.methods import METHODS, compress, made_with
+from facezip.machine.progress import track
+from facezip.pack.facts import pack_facts
+from facezip.pack.manifest import read_manifest
+from facezip.pack.version_1 import is_pack, write_pack
 from facezip.rigging.fit import Rig, fit_rig
 from facezip.rigging.rigged import MAPS, rigged
 from facezip.rigging.template import Template, load_template
 from facezip.rigging.weightmaps import Examples
-from facezip.writing import whole_folder
 
 DOCUMENT, SHAPES = "rig.json", "shapes"
 FORMAT = "facezip-rig/1"

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from facezip.batch.workers import crew
+from facezip.character.folder import load_surface
+from facezip.character.surface import Surface
 from facezip.commands import options
 from facezip.commands.candidates import candidate, staged_character, staged_original
 from facezip.commands.layered import error_words
 from facezip.errors import ExitCode, FaceZipError
-from facezip.surface.folder import load_surface
-from facezip.surface.scans import Surface
-from facezip.writing import resumable_folder
+from facezip.files.writing import resumable_folder
 
 if TYPE_CHECKING:
     from render.settings import Settings

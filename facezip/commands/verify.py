@@ -5,8 +5,8 @@ from pathlib import Path
 import click
 
 from facezip.commands import options
-from facezip.surface.manifest import read_any_manifest
-from facezip.surface.pack import read_surface
+from facezip.pack.surface_manifest import read_any_manifest
+from facezip.pack.version_2 import read_surface
 
 
 @click.command("verify")

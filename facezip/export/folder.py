@@ -9,8 +9,8 @@ from typing import Any
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.export.maps import Format, write_maps
 from facezip.export.source import Source, Tile, read_source
-from facezip.footprint import SLOTS_PER_LAYER
-from facezip.writing import whole_folder
+from facezip.files.writing import whole_folder
+from facezip.pack.footprint import SLOTS_PER_LAYER
 
 FILE_NAME = "facezip.json"
 FORMAT = "facezip-export/1"
@@ -45,7 +45,7 @@ class Target:
         Raises
         ------
         FaceZipError
-            What :func:`facezip.read_surface` and :func:`facezip.writing.whole_folder` raise; ``BAD_VALUE`` where the
+            What :func:`facezip.read_surface` and :mod:`facezip.files.writing` raise; ``BAD_VALUE`` where the
             engine takes no such textures.
         """
         form = self._format(textures)

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.character.gltf import CLAMPED, add_mesh, skin, start
+from facezip.character.neutrals import packed_neutral
 from facezip.export.folder import Target
 from facezip.export.maps import BASIS, PNG, Format
 from facezip.export.shaders import GLSL, HLSL, render, shader, shader_words
 from facezip.export.source import Source, Tile
-from facezip.glb import GlbBuilder
-from facezip.gltf import CLAMPED, add_mesh, skin, start
-from facezip.surface.neutrals import packed_neutral
-from facezip.textures import Texels, png
+from facezip.files.glb import GlbBuilder
+from facezip.files.images import Texels, png
 
 GLB_FILE = "head.glb"
 BASIS_EXTENSION = "KHR_texture_basisu"

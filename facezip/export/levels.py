@@ -6,14 +6,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.codecs import Codec
+from facezip.blocks.codecs import Codec
+from facezip.character.samples import Samples
 from facezip.export.mips import WIDE, Pyramid
 from facezip.export.sheets import Fill, Sheet
-from facezip.model import CompressedTextures
-from facezip.progress import track
-from facezip.samples import Samples
-from facezip.sweep import solve_texture
-from facezip.textures import to_float
+from facezip.files.images import to_float
+from facezip.fit.sweep import solve_texture
+from facezip.machine.progress import track
+from facezip.pack.model import CompressedTextures
 
 
 @dataclass

@@ -7,18 +7,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from facezip.codecs import Codec, bc7, raw
+from facezip.blocks.basis import uastc
+from facezip.blocks.codecs import Codec, bc7, raw
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.export.basis import uastc
 from facezip.export.containers import BC7_UNORM, BLOCK_SIDE, UASTC, dds, ktx2
 from facezip.export.levels import Level, averaged_levels, fitted_levels
 from facezip.export.measured import codec_errors, measure_of, mip_errors
 from facezip.export.mips import Pyramid, targets
 from facezip.export.sheets import CHANNELS, Sheet
 from facezip.export.source import Source, Tile
-from facezip.footprint import SLOTS_PER_LAYER
-from facezip.quantise import ZERO
-from facezip.textures import write_texture
+from facezip.files.images import write_texture
+from facezip.pack.footprint import SLOTS_PER_LAYER
+from facezip.pack.quantise import ZERO
 
 Container = Callable[[tuple[int, int], Sequence[bytes], str], bytes]
 Document = dict[str, Any]

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.character.maps import MapKind, angles
 from facezip.export.levels import Level, as_model
 from facezip.export.mips import Pyramid
 from facezip.export.sheets import Sheet
-from facezip.model import CompressedTextures
-from facezip.progress import track
-from facezip.surface.maps import MapKind, angles
+from facezip.machine.progress import track
+from facezip.pack.model import CompressedTextures
 
 # Below this side a head is a few pixels, and a level has too few texels for a mean over them to say anything.
 SMALLEST = 8
@@ -27,7 +27,7 @@ Errors = dict[str, float]
 
 
 def measure_of(kind: MapKind) -> str:
-    """What the error of a map is called, as in :func:`facezip.surface.errors.surface_errors`."""
+    """What the error of a map is called, as in :func:`facezip.pack.errors.surface_errors`."""
     return "angular_error" if kind.is_normal else "rmse"
 
 

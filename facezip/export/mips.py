@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from facezip.export.sheets import Fill, Sheet
-from facezip.progress import track
-from facezip.textures import decode_srgb, encode_srgb
+from facezip.files.images import decode_srgb, encode_srgb
+from facezip.machine.progress import track
 
 # The finest step of 16 bits, in which the targets of the fit are kept.
 WIDE = 65535

@@ -7,11 +7,11 @@ from functools import cache
 
 import jinja2
 
+from facezip.character.maps import MAX_SLOPE, MapKind
 from facezip.export.sheets import Sheet
 from facezip.export.source import Tile
-from facezip.footprint import SLOTS_PER_LAYER
-from facezip.quantise import ZERO
-from facezip.surface.maps import MAX_SLOPE, MapKind
+from facezip.pack.footprint import SLOTS_PER_LAYER
+from facezip.pack.quantise import ZERO
 
 SLOTS_PER_TARGET = 3
 

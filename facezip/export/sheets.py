@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from facezip.model import CompressedTextures
-from facezip.quantise import ZERO
-from facezip.surface.maps import ALBEDO, MapKind
-from facezip.surface.neutrals import packed_neutral, unpacked_neutral
-from facezip.textures import Texels, to_float
+from facezip.character.maps import ALBEDO, MapKind
+from facezip.character.neutrals import packed_neutral, unpacked_neutral
+from facezip.files.images import Texels, to_float
+from facezip.pack.model import CompressedTextures
+from facezip.pack.quantise import ZERO
 
 Kind = TypeVar("Kind", np.uint8, np.uint16, np.float32)
 # Without alpha: block codecs, importers and render targets all have their own idea of it.
@@ -31,7 +31,7 @@ class Sheet:
     Attributes
     ----------
     maps : each kind, and its channels.
-    model : all channels ``(H, W, C)``, C ≤ 3, as fitted texels (:class:`facezip.surface.maps.MapKind`).
+    model : all channels ``(H, W, C)``, C ≤ 3, as fitted texels (:class:`facezip.character.maps.MapKind`).
     difference_scale : ``(R, C)``: D = (t - 128/255) · scale, of fitted texels.
     neutral_bits : 8 or 16 a channel.
     covered : ``(H, W)``, whether a texel's centre lies in the UV chart; everywhere where the pack has no mesh.

@@ -6,18 +6,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.character.maps import ALBEDO, KNOWN, MapKind
+from facezip.character.raster import covered
+from facezip.character.surface import FIRST_TILE, charts, shifted
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.export.sheets import CHANNELS, Sheet, in_sheets
-from facezip.manifest import Manifest
-from facezip.meshes import Topology
-from facezip.model import Meshes
-from facezip.ranges import weight_files
-from facezip.raster import covered
-from facezip.surface.manifest import AnyManifest, StoredTexture, StoredTile
-from facezip.surface.maps import ALBEDO, KNOWN, MapKind
-from facezip.surface.model import CompressedSurface
-from facezip.surface.pack import read_verified_surface, verify_surface
-from facezip.surface.scans import FIRST_TILE, charts, shifted
+from facezip.files.obj import Topology
+from facezip.pack.manifest import Manifest
+from facezip.pack.model import Meshes
+from facezip.pack.ranges import weight_files
+from facezip.pack.surface_manifest import AnyManifest, StoredTexture, StoredTile
+from facezip.pack.surface_model import CompressedSurface
+from facezip.pack.version_2 import read_verified_surface, verify_surface
 
 
 @dataclass(frozen=True, eq=False)

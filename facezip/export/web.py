@@ -3,11 +3,11 @@
 from pathlib import Path
 from typing import Any
 
-from facezip.character import Character
+from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.writing import write_whole
 from facezip.viewer.page import single_page
 from facezip.viewer.scene import read_scene
-from facezip.writing import write_whole
 
 FILE_NAME = "index.html"
 _BEGINNING = b"<!doctype html>\n<!-- FaceZip viewer -->"

@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from facezip.meshes import Topology
-from facezip.raster import rasterise
+from facezip.character.raster import rasterise
+from facezip.files.obj import Topology
 
 # Texels of a weight map over which activity is smoothed: wrinkles reach beyond the motion that makes them.
 BLUR = 1.0

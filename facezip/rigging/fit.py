@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.progress import track
+from facezip.machine.progress import track
 from facezip.rigging.frames import Integrator, edges
 from facezip.rigging.poses import pose_weights
 from facezip.rigging.shapes import explain

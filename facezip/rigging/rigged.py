@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.model import CompressedTextures, Meshes
+from facezip.pack.model import CompressedTextures, Meshes
 from facezip.rigging.activity import activity
 from facezip.rigging.fit import Rig
 from facezip.rigging.weightmaps import Examples, GeometryAware, pseudo_inverse

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from facezip.rows import map_rows
+from facezip.machine.rows import map_rows
 
 # Li, Weise and Pauly's: triangles that a shape hardly moves on the template stay with the template.
 KAPPA, THETA = 0.1, 2

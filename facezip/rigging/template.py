@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character import NEUTRAL
+from facezip.character.scans import NEUTRAL
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.meshes import Topology, read_obj
-from facezip.progress import track
+from facezip.files.obj import Topology, read_obj
+from facezip.machine.progress import track
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.progress import track
+from facezip.machine.progress import track
 from facezip.rigging.frames import Integrator, edges, frames, inverse_frames
 
 

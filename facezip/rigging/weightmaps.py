@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.progress import track
-from facezip.rows import map_rows, sum_rows
+from facezip.machine.progress import track
+from facezip.machine.rows import map_rows, sum_rows
 
 # Combinations of scans that B shows weaker than this part of the strongest are noise: they are left out.
 TRUNCATION = 0.01

@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from facezip.character import Character
+from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.footprint import SLOTS_PER_LAYER
-from facezip.manifest import Manifest
-from facezip.measure import mean_rmse, model_errors
-from facezip.model import CompressedTextures, Meshes
-from facezip.pack import NEUTRAL_FILE, bytes_on_disk, read_verified, verify_pack
-from facezip.quantise import STEPS, ZERO
-from facezip.textures import Texels, read_texture_exactly, to_float
+from facezip.files.images import Texels, read_texture_exactly, to_float
+from facezip.pack.footprint import SLOTS_PER_LAYER
+from facezip.pack.manifest import Manifest
+from facezip.pack.measure import mean_rmse, model_errors
+from facezip.pack.model import CompressedTextures, Meshes
+from facezip.pack.quantise import STEPS, ZERO
+from facezip.pack.version_1 import NEUTRAL_FILE, bytes_on_disk, read_verified, verify_pack
 
 # Steps from the neutral to the farthest vertex of an expression.
 DELTA_STEPS = 32767
@@ -47,7 +47,7 @@ def read_scene(pack: Path, character: Character | None = None) -> Scene:
     Raises
     ------
     FaceZipError
-        What :func:`facezip.pack.read_pack` raises; ``UNKNOWN_NAME`` or ``SIZE_MISMATCH`` where the character is another
+        What :func:`facezip.read_pack` raises; ``UNKNOWN_NAME`` or ``SIZE_MISMATCH`` where the character is another
         one; ``BAD_VALUE`` where textures are no pictures (2 or 4 channels).
     """
     manifest = verify_pack(pack)

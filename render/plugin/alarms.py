@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from facezip.methods import compress
-from facezip.progress import track
+from facezip.fit.methods import compress
+from facezip.machine.progress import track
 from render.llvm import start
 from render.paired import PairedRenderer, upload
 from render.plugin.defects import injected_defects

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character import Character
-from facezip.model import CompressedTextures
-from facezip.raster import rasterise
-from facezip.textures import decode_srgb, encode_srgb
+from facezip.character.raster import rasterise
+from facezip.character.scans import Character
+from facezip.files.images import decode_srgb, encode_srgb
+from facezip.pack.model import CompressedTextures
 
 Texture = NDArray[np.float32]
 

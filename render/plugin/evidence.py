@@ -6,8 +6,8 @@ import matplotlib
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.textures import write_texture
-from facezip.writing import whole_folder
+from facezip.files.images import write_texture
+from facezip.files.writing import whole_folder
 from render.exr import write_exr
 from render.metrics import display
 from render.plugin.reference import Comparison, Reference

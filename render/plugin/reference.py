@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.writing import write_whole
+from facezip.files.writing import write_whole
 from render.exr import read_conditions, read_exr, write_exr
 from render.plugin.statistics import STATISTICS, Ratios, Spread, leave_one_out, noise_ratios, probability
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.textures import to_float
+from facezip.files.images import to_float
 
 Source = Mapping[str, Any] | Callable[[int], Any] | Sequence[Any] | Any
 

@@ -3,7 +3,7 @@
 import json
 from typing import Any
 
-from facezip.writing import write_whole
+from facezip.files.writing import write_whole
 from render.plugin.settings import Settings
 
 FORMAT = "facezip-images/1"

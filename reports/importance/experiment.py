@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character import Character
+from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.measure import mean_rmse, model_errors
-from facezip.methods import Settings, compress
-from facezip.model import CompressedTextures
+from facezip.fit.methods import Settings, compress
+from facezip.pack.measure import mean_rmse, model_errors
+from facezip.pack.model import CompressedTextures
 from render.effect import image_errors
 from render.importance import Look, Sight, regularised, seen_importance
 from render.llvm import start

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character import Character
-from facezip.writing import write_whole
+from facezip.character.scans import Character
+from facezip.files.writing import write_whole
 from render.importance import Sight
 from reports.conditions import condition_rows
 from reports.figures import Series, lying_bars, upright_bars

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.beam import beam_search
-from facezip.certificate import certify
-from facezip.character import Character
-from facezip.footprint import Footprint
-from facezip.measure import mean_rmse
-from facezip.methods import compress
-from facezip.stitching import Stitching, search, unpermuted
+from facezip.character.scans import Character
+from facezip.fit.methods import compress
+from facezip.fit.paper.beam import beam_search
+from facezip.fit.paper.certificate import certify
+from facezip.fit.paper.stitching import Stitching, search, unpermuted
+from facezip.pack.footprint import Footprint
+from facezip.pack.measure import mean_rmse
 from reports.paper.published import EXPRESSIONS_IN_MEMORY
 from reports.paper.steps import Clock, Fragments, make_fragments, stored_errors
 

@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character import Character
-from facezip.methods import compress
-from facezip.model import CompressedTextures
-from facezip.progress import track
-from facezip.quantise import dequantise, quantise
+from facezip.character.scans import Character
+from facezip.files.images import to_float
+from facezip.fit.methods import compress
+from facezip.machine.progress import track
+from facezip.pack.model import CompressedTextures
+from facezip.pack.quantise import dequantise, quantise
 from facezip.rigging.fit import Rig, fit_rig
 from facezip.rigging.rigged import rigged
 from facezip.rigging.template import Template
 from facezip.rigging.weightmaps import Examples
-from facezip.textures import to_float
 from reports.paper.strips import strips
 from scenes.character import Person, make_character
 from scenes.face.shapes import ARKIT_SHAPES

@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from facezip.character import Character
+from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.measure import mean_rmse
-from facezip.progress import track
-from facezip.stitching import Stitching, search
+from facezip.fit.paper.stitching import Stitching, search
+from facezip.machine.progress import track
+from facezip.pack.measure import mean_rmse
 from reports.paper.experiments import WEIGHT_SCALE, Settings, Trial, stitch
 from reports.paper.steps import Fragments, make_fragments, stored_errors
 

@@ -5,9 +5,9 @@ from dataclasses import asdict
 from time import perf_counter
 from typing import Any
 
-from facezip.character import Character
-from facezip.machine import conditions
-from facezip.progress import track
+from facezip.character.scans import Character
+from facezip.machine.conditions import conditions
+from facezip.machine.progress import track
 from reports.paper.experiments import (
     WEIGHT_SCALE,
     Settings,

@@ -8,16 +8,16 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character import Character
-from facezip.factorise import cluster_shares, difference_textures, weight_maps
-from facezip.fragments import cluster_fragments, masked_gram
-from facezip.masks import Masks, compute_masks
-from facezip.measure import model_errors
-from facezip.methods import PAPER_DIFFERENCES
-from facezip.model import CompressedTextures
-from facezip.paircosts import pair_costs
-from facezip.quantise import dequantise, quantise
-from facezip.stitching import Stitching
+from facezip.character.scans import Character
+from facezip.fit.methods import PAPER_DIFFERENCES
+from facezip.fit.paper.factorise import cluster_shares, difference_textures, weight_maps
+from facezip.fit.paper.fragments import cluster_fragments, masked_gram
+from facezip.fit.paper.masks import Masks, compute_masks
+from facezip.fit.paper.paircosts import pair_costs
+from facezip.fit.paper.stitching import Stitching
+from facezip.pack.measure import model_errors
+from facezip.pack.model import CompressedTextures
+from facezip.pack.quantise import dequantise, quantise
 
 
 @dataclass(frozen=True, eq=False)

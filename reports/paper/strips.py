@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter, zoom
 
-from facezip.character import Character
-from facezip.textures import to_float
+from facezip.character.scans import Character
+from facezip.files.images import to_float
 from reports.images import data_uri, to_bytes
 
 # Of a texture's side: how much a picture shows. And in pixels: how wide it is, and the gap to the next.

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from facezip.character import Character
+from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.machine import conditions
-from facezip.progress import track
+from facezip.machine.conditions import conditions
+from facezip.machine.progress import track
 from reports.rates.comparison import compare
 from reports.rates.families import tried
 

@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from facezip.character import Character
-from facezip.codecs import ASTC_BLOCKS, Codec, astc, bc1, bc7, raw
-from facezip.storage import Storage
+from facezip.blocks.codecs import ASTC_BLOCKS, Codec, astc, bc1, bc7, raw
+from facezip.character.scans import Character
+from facezip.fit.storage import Storage
 from reports.plots import Mark, dot
 from reports.rates.points import Pack, Textures
 

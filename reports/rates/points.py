@@ -7,12 +7,12 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character import Character
-from facezip.codecs import Codec
-from facezip.coded import coded_afterwards, fit_coded
-from facezip.measure import mean_rmse, model_errors, texture_errors
-from facezip.methods import compress
-from facezip.storage import Storage
+from facezip.blocks.codecs import Codec
+from facezip.character.scans import Character
+from facezip.fit.coded import coded_afterwards, fit_coded
+from facezip.fit.methods import compress
+from facezip.fit.storage import Storage
+from facezip.pack.measure import mean_rmse, model_errors, texture_errors
 
 
 @dataclass(frozen=True)

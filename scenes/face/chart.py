@@ -7,7 +7,7 @@ the neck's base to the crown. Both are spaced by densities, so that eyes, nose a
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.meshes import Topology
+from facezip.files.obj import Topology
 
 # The chart keeps this distance from the border of the texture.
 MARGIN = 0.004

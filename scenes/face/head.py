@@ -6,8 +6,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.meshes import Topology
-from facezip.rows import map_rows
+from facezip.files.obj import Topology
+from facezip.machine.rows import map_rows
 from scenes.face.chart import azimuths, grid_topology, heights, rays
 from scenes.face.ears import graft_ears
 from scenes.face.features import Rows, cut_mouth, find_rows, open_eyes, warp_heights

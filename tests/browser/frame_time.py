@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 from playwright.sync_api import sync_playwright
 
 from facezip import write_pack
-from facezip.machine import conditions
+from facezip.machine.conditions import conditions
 from tests.browser.conftest import CHROMIUM, FLAGS, Viewer, served
 from tests.facezip.conftest import random_model
 

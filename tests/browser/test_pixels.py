@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from facezip import read_pack, write_pack
-from facezip.character import Character
+from facezip.character.scans import Character
 from facezip.viewer.scene import DELTA_STEPS
 from tests.browser.conftest import viewing
 from tests.facezip.conftest import random_model

@@ -5,10 +5,10 @@ import sys
 import numpy as np
 import pytest
 
-from facezip.character import Character
-from facezip.meshes import Topology
-from facezip.methods import compress
-from facezip.model import CompressedTextures, Meshes
+from facezip.character.scans import Character
+from facezip.files.obj import Topology
+from facezip.fit.methods import compress
+from facezip.pack.model import CompressedTextures, Meshes
 
 
 def grid_topology(side):
@@ -68,6 +68,13 @@ def character():
     return random_character()
 
 
+@pytest.fixture(scope="module")
+def surface():
+    from tests.facezip.surfaces import random_surface
+
+    return random_surface()
+
+
 @pytest.fixture
 def model():
     return random_model(meshes=True)
@@ -86,7 +93,7 @@ def peak_of_compress(scans, pack, *options):
     line = ["compress", scans, "-o", pack, "--overwrite", "--method", "pca", "--differences", "6", "--json", *options]
     # As many threads, and what they work on, on every machine.
     call = "import os, sys; os.sched_getaffinity = lambda _: {0, 1}; "
-    call += "from facezip.cli import facezip; from facezip.machine import peak_memory; "
+    call += "from facezip.cli import facezip; from facezip.machine.conditions import peak_memory; "
     call += "facezip.main(standalone_mode=False); print(peak_memory(), file=sys.stderr)"
     command = [sys.executable, "-c", call, *line]
     done = subprocess.run([*map(str, command)], capture_output=True, text=True, timeout=120, check=True)

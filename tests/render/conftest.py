@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from facezip.character import Character
-from facezip.meshes import Topology
+from facezip.character.scans import Character
+from facezip.files.obj import Topology
 from render.paired import PairedRenderer
 from scenes.cameras import frame_of
 

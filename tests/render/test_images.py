@@ -5,7 +5,7 @@ After a change that is meant to be seen: `pytest tests/render/test_images.py --f
 
 import pytest
 
-from facezip.methods import compress
+from facezip.fit.methods import compress
 from render.paired import PairedRenderer, upload
 from scenes.cameras import VIEWS, frame_of
 from scenes.character import make_character

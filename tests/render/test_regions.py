@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from facezip.meshes import Topology
+from facezip.files.obj import Topology
 from render.regions import NAMES, face_regions, locate
 from scenes.face.head import build_head
 from scenes.face.shapes import ARKIT_SHAPES, shape_deltas

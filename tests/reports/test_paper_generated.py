@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from facezip.textures import to_float
+from facezip.files.images import to_float
 from reports.paper.generated import PACKS, generate, geometry_errors, mean_errors, texture_errors
-from tests.facezip.rigging_case import SHAPES, make_case
+from tests.facezip.rigging.case import SHAPES, make_case
 
 
 @pytest.fixture(scope="module")

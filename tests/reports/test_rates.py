@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip.codecs import bc7, raw
+from facezip.blocks.codecs import bc7, raw
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.storage import Storage
+from facezip.fit.storage import Storage
 from reports.rates import experiment
 from reports.rates.comparison import compare, envelope, in_use
 from reports.rates.families import FAMILIES, tried

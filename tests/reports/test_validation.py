@@ -274,7 +274,7 @@ def test_a_failed_write_leaves_the_old_page(document, tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("facezip.writing.os.replace", full)
+    monkeypatch.setattr("facezip.files.writing.os.replace", full)
     with pytest.raises(FaceZipError) as caught:
         write_validation_report(document, tmp_path)
     assert caught.value.code is ErrorCode.CANNOT_WRITE

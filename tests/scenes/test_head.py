@@ -5,7 +5,7 @@ import pytest
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from facezip.raster import rasterise
+from facezip.character.raster import rasterise
 from scenes.face.chart import MARGIN
 from scenes.face.features import MOUTH_HALF_WIDTH, lip_line
 from scenes.face.head import build_head

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from facezip.surface.maps import angles
-from facezip.surface.scans import FIRST_TILE
+from facezip.character.maps import angles
+from facezip.character.surface import FIRST_TILE
 from scenes.character import Person, captures, make_character
 from scenes.face.capture import Nuisances, captured
 from scenes.face.expressions import EXPRESSIONS

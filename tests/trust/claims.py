@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from facezip import FaceZipError, load_character, read_pack, save_character, write_pack
-from facezip.glb import Glb
-from facezip.manifest import FILE_NAME
-from facezip.meshes import read_obj
-from facezip.textures import read_texture
+from facezip.files.glb import Glb
+from facezip.files.images import read_texture
+from facezip.files.obj import read_obj
+from facezip.pack.manifest import FILE_NAME
 from tests.facezip.conftest import random_character, random_model
 from tests.trust.children import in_child, memory_above
 from tests.trust.findings import Row

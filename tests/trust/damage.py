@@ -8,7 +8,7 @@ from itertools import combinations
 from pathlib import Path
 
 from facezip import FaceZipError, read_surface
-from facezip.manifest import FILE_NAME
+from facezip.pack.manifest import FILE_NAME
 from tests.trust import mutations
 from tests.trust.children import in_child
 from tests.trust.findings import Row

@@ -27,12 +27,12 @@ from facezip import (
     save_character,
     save_surface,
 )
-from facezip.manifest import FILE_NAME
-from facezip.meshes import read_obj
-from facezip.surface.layout import SETTINGS
-from facezip.textures import read_texture
+from facezip.character.layout import SETTINGS
+from facezip.files.images import read_texture
+from facezip.files.obj import read_obj
+from facezip.pack.manifest import FILE_NAME
 from tests.facezip.conftest import random_character
-from tests.facezip.surface.conftest import random_surface
+from tests.facezip.surfaces import random_surface
 from tests.trust import mutations
 from tests.trust.children import in_child
 from tests.trust.damage import GOLDEN, LAYERED

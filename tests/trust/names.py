@@ -11,7 +11,7 @@ from typing import Any
 
 from facezip import FaceZipError, read_pack, save_character, write_pack
 from facezip.export.web import export_web
-from facezip.names import is_safe_name
+from facezip.files.names import is_safe_name
 from render.validation import Settings, validate
 from reports.paper.experiments import Settings as PaperSettings
 from reports.paper.report import write_paper_report

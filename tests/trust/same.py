@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from facezip import save_character
-from facezip.cores import use_cores
+from facezip.machine.cores import use_cores
 from tests.facezip.conftest import random_character
 from tests.trust.findings import Row
 

@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from facezip.batch.workers import Crew, crew
-from facezip.character import save_character
+from facezip.character.scans import save_character
 from facezip.commands import options
 from facezip.commands.batch import compress_unless_finished
 from facezip.commands.compress import DEFAULTS, compress_into
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.machine import conditions
-from facezip.pack import verify_pack
-from facezip.progress import track
+from facezip.machine.conditions import conditions
+from facezip.machine.progress import track
+from facezip.pack.version_1 import verify_pack
 
 if TYPE_CHECKING:
     from distributed import LocalCluster

@@ -8,11 +8,11 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from facezip.bench import bench_compress
-from facezip.character import Character, load_character, save_character
+from facezip.character.scans import Character, load_character, save_character
 from facezip.commands import options
 from facezip.commands.options import megabytes
-from facezip.machine import conditions
+from facezip.fit.timing import bench_compress
+from facezip.machine.conditions import conditions
 
 LIBRARIES = ("facezip", "numpy", "numba", "OpenImageIO")
 # Compiles the same kernels as any size.

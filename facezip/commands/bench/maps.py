@@ -7,12 +7,12 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
+from facezip.character.folder import load_surface
+from facezip.character.surface import Surface
 from facezip.commands import options
 from facezip.commands.options import megabytes
-from facezip.machine import conditions
-from facezip.surface.folder import load_surface
-from facezip.surface.scans import Surface
-from facezip.surface.sharing import compare_sharing
+from facezip.fit.sharing import compare_sharing
+from facezip.machine.conditions import conditions
 
 
 @click.command("maps")

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from facezip.character import Character, load_character
+from facezip.character.scans import Character, load_character
 from facezip.commands import options
-from facezip.machine import conditions
-from facezip.methods import compress
+from facezip.fit.methods import compress
+from facezip.machine.conditions import conditions
 
 if TYPE_CHECKING:
     from render.bench import Pose

@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from facezip.commands import options
-from facezip.machine import conditions
+from facezip.machine.conditions import conditions
 
 LIBRARIES = ("facezip", "numpy", "numba", "OpenImageIO", "scipy")
 

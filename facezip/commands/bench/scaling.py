@@ -8,13 +8,13 @@ from typing import Any
 
 import click
 
-from facezip.bench import bench_compress
-from facezip.character import save_character
+from facezip.character.scans import save_character
 from facezip.commands import options
 from facezip.commands.bench.compress import LIBRARIES, TINY
-from facezip.machine import conditions
-from facezip.refine import alternations
-from facezip.writing import whole_folder
+from facezip.files.writing import whole_folder
+from facezip.fit.refine import alternations
+from facezip.fit.timing import bench_compress
+from facezip.machine.conditions import conditions
 
 REPORT_FILE = "scaling.json"
 SIDES = (512, 1024, 2048, 4096)
@@ -83,7 +83,7 @@ def command(
 
 
 def _measured(side: int, expressions: int, seed: int, repeats: int, memory: int | None) -> dict[str, Any]:
-    """What :func:`facezip.bench.bench_compress` finds at one size, and its cost."""
+    """What :func:`facezip.fit.timing.bench_compress` finds at one size, and its cost."""
     from scenes.character import make_character
 
     with TemporaryDirectory(prefix="facezip-bench-") as place:

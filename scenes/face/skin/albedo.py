@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from facezip.rows import map_rows
+from facezip.machine.rows import map_rows
 from scenes.face.features import LID_HALF_WIDTH, MOUTH_HALF_WIDTH
 from scenes.face.head import Head
 from scenes.face.sculpt import EYE

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from facezip.rows import map_rows
+from facezip.machine.rows import map_rows
 from scenes.face.head import Head
 from scenes.face.skin.noise import smooth, value_noise
 from scenes.face.skin.sampling import TexelGrid, at_texel

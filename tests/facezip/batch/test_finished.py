@@ -5,10 +5,10 @@ import pytest
 from facezip import write_pack
 from facezip.batch import finished
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.manifest import FILE_NAME
-from facezip.surface.pack import write_surface
+from facezip.pack.manifest import FILE_NAME
+from facezip.pack.version_2 import write_surface
 from tests.facezip.conftest import random_model
-from tests.facezip.surface.conftest import random_surface
+from tests.facezip.surfaces import random_surface
 
 DOCUMENT = {"rmse": 1.5}
 
@@ -90,7 +90,7 @@ def test_a_spoilt_record_is_none(pack, anna, content):
 
 
 def test_packs_of_several_maps_are_found_again(pack, anna):
-    from facezip.surface.joint import compress_surface
+    from facezip.fit.joint import compress_surface
 
     write_surface(compress_surface(random_surface(expressions=3), method="pca"), pack)
     finished.keep(pack, anna, "d", DOCUMENT)

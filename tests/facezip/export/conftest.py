@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from facezip import write_pack
-from facezip.model import CompressedTextures
-from facezip.surface.maps import KNOWN, MapKind, normals_of
-from facezip.surface.model import CompressedSurface
+from facezip.character.maps import KNOWN, MapKind, normals_of
+from facezip.pack.model import CompressedTextures
+from facezip.pack.surface_model import CompressedSurface
 from tests.facezip.conftest import random_model
 
 # Three of them fill a sheet, and one has a range of its own.

@@ -15,14 +15,14 @@ import numpy as np
 import OpenImageIO as oiio
 
 from facezip import load_surface, read_surface
-from facezip.codecs import bc7, raw
+from facezip.blocks.codecs import bc7, raw
+from facezip.character.neutrals import unpacked_neutral
 from facezip.export.levels import averaged_levels, fitted_levels
 from facezip.export.measured import codec_errors, measure_of
 from facezip.export.mips import Pyramid, targets
 from facezip.export.sheets import in_sheets
 from facezip.export.source import read_source
-from facezip.surface.errors import surface_errors
-from facezip.surface.neutrals import unpacked_neutral
+from facezip.pack.errors import surface_errors
 
 
 def exported(surface, folder):

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from facezip import read_pack, write_pack
+from facezip.character.gltf import split, vertex_normals
 from facezip.export import TARGETS
-from facezip.glb import Glb, GlbBuilder
-from facezip.gltf import split, vertex_normals
+from facezip.files.glb import Glb, GlbBuilder
 from tests.facezip.conftest import grid_topology, random_model
 from tests.facezip.export.conftest import smooth_model
 

@@ -8,7 +8,7 @@ import OpenImageIO as oiio
 import pytest
 import texture2ddecoder
 
-from facezip.codecs import bc7, raw
+from facezip.blocks.codecs import bc7, raw
 from facezip.errors import FaceZipError
 from facezip.export import TARGETS
 from facezip.export.levels import averaged_levels, fitted_levels
@@ -17,9 +17,9 @@ from facezip.export.measured import codec_errors, mip_errors
 from facezip.export.mips import Pyramid, level_sizes, targets
 from facezip.export.sheets import Fill
 from facezip.export.source import read_source
-from facezip.model import blend_differences
-from facezip.pack import read_pack, write_pack
-from facezip.textures import decode_srgb, encode_srgb, read_texture_exactly
+from facezip.files.images import decode_srgb, encode_srgb, read_texture_exactly
+from facezip.pack.model import blend_differences
+from facezip.pack.version_1 import read_pack, write_pack
 from tests.facezip.conftest import random_model
 from tests.facezip.export.conftest import smooth_model
 

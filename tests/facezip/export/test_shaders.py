@@ -10,9 +10,9 @@ from facezip import read_surface
 from facezip.export import TARGETS
 from facezip.export.shaders import GLSL, HLSL, camel, identifier, number, shader
 from facezip.export.source import read_source
-from facezip.surface.model import CompressedSurface
-from facezip.surface.pack import write_surface
-from facezip.textures import decode_srgb, read_texture_exactly
+from facezip.files.images import decode_srgb, read_texture_exactly
+from facezip.pack.surface_model import CompressedSurface
+from facezip.pack.version_2 import write_surface
 from tests.facezip.conftest import random_model
 from tests.facezip.export.conftest import KINDS, grey, layered_model
 from tests.facezip.export.gpu import Gpu, compile_glsl, hlsl_to_glsl

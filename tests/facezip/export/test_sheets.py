@@ -8,23 +8,23 @@ import OpenImageIO as oiio
 import pytest
 
 from facezip import FaceZipError, read_surface
-from facezip.codecs import bc7
+from facezip.blocks.codecs import bc7
+from facezip.character.maps import MAX_SLOPE, MapKind, angles, normals_of
+from facezip.character.surface import charts
 from facezip.export import TARGETS
 from facezip.export.levels import averaged_levels
 from facezip.export.measured import codec_errors, mip_errors
 from facezip.export.mips import Pyramid
 from facezip.export.source import read_source
-from facezip.glb import Glb
-from facezip.model import bilinear_taps
-from facezip.surface.joint import compress_surface
-from facezip.surface.maps import MAX_SLOPE, MapKind, angles, normals_of
-from facezip.surface.pack import write_surface
-from facezip.surface.scans import charts
-from facezip.textures import read_texture_exactly
+from facezip.files.glb import Glb
+from facezip.files.images import read_texture_exactly
+from facezip.fit.joint import compress_surface
+from facezip.pack.model import bilinear_taps
+from facezip.pack.version_2 import write_surface
 from tests.facezip.conftest import grid_topology
 from tests.facezip.export.conftest import KINDS, layered_model, smooth_model
 from tests.facezip.export.test_maps import code
-from tests.facezip.surface.conftest import random_surface
+from tests.facezip.surfaces import random_surface
 
 THREE = (KINDS[0], KINDS[2], KINDS[3])
 

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from facezip.textures import read_texture
+from facezip.files.images import read_texture
 from render.exr import read_exr
 from render.plugin.reference import Reference
 

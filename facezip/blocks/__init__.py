@@ -1,0 +1,1 @@
+"""Block compression: the encoders and decoders of kept libraries behind one small interface."""

@@ -1,0 +1,247 @@
+"""Is every expression's texture registered to the neutral's: a smooth displacement, in texels, and how sure it is.
+
+Equation (1) mixes textures texel by texel; where a pore of one lies beside that of another, the mixture blurs (the
+paper's main limitation). The displacement u that minimises Σ_p w(p) (I_0(p) - I_n(p + u(p)))² is found by Gauss-Newton
+steps in windows, coarse to fine (Lucas and Kanade 1981), on what remains of log luminance when its local mean is taken
+away: neither light nor blood moves it. Wrinkles are structure that the neutral has not: robust weights leave out most
+of it, and as slopes are the neutral's alone, the rest is uncorrelated with them.
+"""
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter, uniform_filter
+
+from facezip.character.scans import Character
+from facezip.fit.paper.fragments import texel_scale
+from facezip.machine.cores import cores
+from facezip.machine.progress import track
+from facezip.machine.rows import by_rows
+
+# Displacements are found on so many windows a side ...
+GRID = 32
+# ... from textures reduced to at most so many texels a side, in so many steps a level; or in haste.
+SIDE, STEPS = 512, 3
+QUICK_SIDE, QUICK_STEPS = 256, 2
+# A pyramid level: how much smaller its image is, and the standard deviation of its windows in cells of the grid.
+LEVELS = ((8, 4.0), (4, 3.0), (2, 2.0), (1, 1.25))
+# Images of fewer rows or columns than this tell nothing.
+SMALLEST = 4
+# A character counts as registered up to here: texels of a texture of 512 x 512, or a 512th of its side.
+THRESHOLD = 1.0
+# A displacement counts as known where its expected error is well below this many texels of the reduced texture.
+TOLERANCE = 0.25
+# From this confidence on, a displacement counts as known.
+SURE = 0.5
+# Residuals of neighbouring texels are not independent: so many count as one.
+CORRELATED = 16
+# Side of the neighbourhood whose mean is taken away, in texels of a level.
+NEIGHBOURHOOD = 9
+# Added to values in [0, 1] before the logarithm, so that the noise of black texels does not count.
+DARK = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """How one expression's texture lies on the neutral's.
+
+    Attributes
+    ----------
+    displacement : ``(32, 32, 2)`` float32, (right, down) in texels of the texture: what the neutral has at a place,
+        the expression has so far from there.
+    confidence : ``(32, 32)`` float32 in [0, 1]: 0 off the face and where there is nothing to tell from.
+    known : the share of the face where confidence is above a half.
+    unit : texels of the texture in a 512th of its longer side, 1 at least: what counts as a texel for the eye.
+    """
+
+    displacement: NDArray[np.float32]
+    confidence: NDArray[np.float32]
+    known: float
+    unit: float
+
+    @property
+    def length(self) -> NDArray[np.float32]:
+        """``(32, 32)`` length of the displacement in texels."""
+        return np.hypot(self.displacement[..., 0], self.displacement[..., 1])
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the displacement in texels, weighted by confidence: the number of an expression.
+
+        0 where nothing is known: two textures without a place in common are no evidence.
+        """
+        weight = self.confidence if self.known > 0 else np.zeros_like(self.confidence)
+        return float(np.sqrt((weight * self.length**2).sum() / max(float(weight.sum()), 1e-9)))
+
+    @property
+    def worst(self) -> tuple[float, float, float]:
+        """The largest displacement that is known, in texels, and its place (u, v) in the texture."""
+        sure = np.where(self.confidence > SURE, self.length, 0)
+        row, column = np.unravel_index(sure.argmax(), sure.shape)
+        return float(sure.max()), (float(column) + 0.5) / GRID, 1 - (float(row) + 0.5) / GRID
+
+    @property
+    def registered(self) -> bool:
+        """Whether the root mean square is at most ``THRESHOLD`` of a texture of 512 x 512."""
+        return self.rms <= THRESHOLD * self.unit
+
+
+def alignments(character: Character, names: Sequence[str] | None = None, quick: bool = False) -> dict[str, Alignment]:
+    """The alignment of every expression, or of those in ``names``; a ``quick`` one is half as exact."""
+    side, steps = (QUICK_SIDE, QUICK_STEPS) if quick else (SIDE, STEPS)
+    names = character.expressions if names is None else names
+    scale = texel_scale(character)
+    factor = -(-max(side, *character.resolution) // side)
+    weight = _reduced(np.ascontiguousarray(character.weight)[:, :, None], factor)
+    neutral = _pyramid(_reduced(np.ascontiguousarray(character.neutral), factor), scale)
+    fixed = [(still, *np.gradient(still)) for still in neutral]
+    weights = [_reduced(weight[:, :, None], step) for step in _steps(weight)]
+    face = gaussian_filter(_cells(weight), 0.5)
+    unit = max(512, *character.resolution) / 512
+
+    def one(name: str) -> Alignment:
+        texture = np.ascontiguousarray(character.textures[character.index(name)])
+        moving = _pyramid(_reduced(texture, factor), scale)
+        displacement, certainty = _registered(fixed, moving, weights, steps)
+        confidence = certainty * np.clip(face, 0, 1)
+        known = float(np.sum(confidence > SURE)) / max(float(np.sum(face > SURE)), 1.0)
+        return Alignment(displacement * np.float32(factor), confidence.astype(np.float32), known, unit)
+
+    with ThreadPoolExecutor(cores()) as pool:
+        found = track(pool.map(one, names), "Checking alignment", len(names))
+        return dict(zip(names, found, strict=True))
+
+
+def _pyramid(luminance: NDArray[np.float32], scale: np.float32) -> list[NDArray[np.float32]]:
+    """Log luminance without its local mean, at every level: a gain of the exposure changes nothing."""
+    levels = [_reduced(luminance[:, :, None], step) for step in _steps(luminance)]
+    logs = [np.log(level * scale + np.float32(DARK)) for level in levels]
+    return [log - uniform_filter(log, NEIGHBOURHOOD) for log in logs]
+
+
+def _steps(image: NDArray[np.float32]) -> list[int]:
+    """How much smaller the levels of a pyramid are, the smallest first."""
+    return [step for step, _ in LEVELS if min(image.shape) >= SMALLEST * step]
+
+
+def _registered(
+    fixed: list[tuple[NDArray[np.float32], ...]],
+    moving: list[NDArray[np.float32]],
+    weights: list[NDArray[np.float32]],
+    steps: int,
+) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    """Displacement ``(GRID, GRID, 2)`` in texels of the finest level, and how far to trust it ``(GRID, GRID)``.
+
+    ``fixed`` is an image a level, with its slopes down and to the right.
+    """
+    displacement = np.zeros((GRID, GRID, 2), np.float32)
+    certainty = np.zeros((GRID, GRID))
+    levels = LEVELS[len(LEVELS) - len(fixed) :]
+    for (step, window), (still, down, across), other, weight in zip(levels, fixed, moving, weights, strict=True):
+        spread = float(np.average((still - other) ** 2, weights=weight)) + 1e-12
+        for _ in range(steps):
+            sums = np.zeros((GRID, GRID, 7))
+            _normal_equations(still, across, down, other, weight, displacement / step, spread, sums)
+            sums = gaussian_filter(sums, (window, window, 0), mode="constant")
+            move, certainty = _solved(sums)
+            displacement += (step * np.clip(move, -1, 1)).astype(np.float32)
+            spread = float(sums[..., 5].sum() / max(sums[..., 6].sum(), 1e-12)) + 1e-12
+    return displacement, certainty
+
+
+def _solved(sums: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """A Gauss-Newton step for every window ``(GRID, GRID, 2)``, and how far to trust it, 0..1.
+
+    A little is added to the structure tensor: where it says nothing, nothing moves.
+    """
+    xx, xy, yy, bx, by, squares, count = np.moveaxis(sums, 2, 0)
+    floor = 0.02 * (xx + yy).mean()
+    xx, yy = xx + floor, yy + floor
+    determinant = xx * yy - xy * xy + 1e-30
+    move = np.stack([yy * bx - xy * by, xx * by - xy * bx], axis=2) / determinant[:, :, None]
+    least = (xx + yy) / 2 - np.sqrt(((xx - yy) / 2) ** 2 + xy**2) - floor
+    variance = squares / np.maximum(count, 1e-9) / np.maximum(least, 1e-12)
+    return move, TOLERANCE**2 / (TOLERANCE**2 + CORRELATED * variance)
+
+
+def _reduced(texels: NDArray[Any], factor: int) -> NDArray[np.float32]:
+    """The mean ``(H / factor, W / factor)`` over channels and blocks of factor x factor; a part block is left out."""
+    shape = texels.shape[0] // factor, texels.shape[1] // factor
+    return by_rows(lambda rows: _means(texels[rows.start * factor : rows.stop * factor], factor), shape, np.float32)
+
+
+@njit(cache=True, nogil=True)
+def _means(texels: NDArray[np.uint8], factor: int) -> NDArray[np.float32]:
+    height, width, channels = texels.shape
+    out = np.empty((height // factor, width // factor), np.float32)
+    share = np.float32(1 / (factor * factor * channels))
+    for y in range(out.shape[0]):
+        for x in range(out.shape[1]):
+            total = np.float32(0)
+            for j in range(y * factor, (y + 1) * factor):
+                for i in range(x * factor, (x + 1) * factor):
+                    for c in range(channels):
+                        total += np.float32(texels[j, i, c])
+            out[y, x] = total * share
+    return out
+
+
+def _cells(weight: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The mean weight of every cell of the grid."""
+    rows, columns = (np.arange(size) * GRID // size for size in weight.shape)
+    cells, counts = np.zeros((GRID, GRID), np.float32), np.zeros((GRID, GRID), np.float32)
+    np.add.at(cells, (rows[:, None], columns[None]), weight)
+    np.add.at(counts, (rows[:, None], columns[None]), 1)
+    return (cells / np.maximum(counts, 1)).astype(np.float32)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _normal_equations(
+    still: NDArray[np.float32],
+    slope_x: NDArray[np.float32],
+    slope_y: NDArray[np.float32],
+    other: NDArray[np.float32],
+    weight: NDArray[np.float32],
+    displacement: NDArray[np.float32],
+    spread: float,
+    sums: NDArray[np.float64],
+) -> None:
+    """Add to every cell: Σw gx², Σw gx gy, Σw gy², Σw gx r, Σw gy r, Σw r², Σw; w falls with the residual r."""
+    height, width = still.shape
+    cells = displacement.shape[0]
+    for y in range(1, height - 1):
+        gy = (y + 0.5) * cells / height - 0.5
+        for x in range(1, width - 1):
+            if weight[y, x] <= 0:
+                continue
+            gx = (x + 0.5) * cells / width - 0.5
+            at_x = x + bilinear(displacement[:, :, 0], gx, gy)
+            at_y = y + bilinear(displacement[:, :, 1], gx, gy)
+            residual = still[y, x] - bilinear(other, at_x, at_y)
+            trust = weight[y, x] * spread / (spread + residual * residual)
+            across, down = slope_x[y, x], slope_y[y, x]
+            cell = sums[y * cells // height, x * cells // width]
+            cell[0] += trust * across * across
+            cell[1] += trust * across * down
+            cell[2] += trust * down * down
+            cell[3] += trust * across * residual
+            cell[4] += trust * down * residual
+            cell[5] += trust * residual * residual
+            cell[6] += trust
+
+
+@njit(cache=True, nogil=True, inline="always")
+def bilinear(image: NDArray[np.float32], x: float, y: float) -> float:
+    """The value of ``(H, W)`` at a place in texels, clamped to the edge."""
+    x = min(max(x, 0.0), image.shape[1] - 1.0)
+    y = min(max(y, 0.0), image.shape[0] - 1.0)
+    left, top = min(int(x), image.shape[1] - 2), min(int(y), image.shape[0] - 2)
+    fx, fy = x - left, y - top
+    upper = (1 - fx) * image[top, left] + fx * image[top, left + 1]
+    lower = (1 - fx) * image[top + 1, left] + fx * image[top + 1, left + 1]
+    return (1 - fy) * upper + fy * lower

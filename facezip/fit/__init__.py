@@ -1,0 +1,1 @@
+"""From a character to compressed textures."""

@@ -1,0 +1,115 @@
+"""The refined fit with a block codec in the loop: every map is fitted to what the codec gave back of the others.
+
+What a codec loses of one map, those that are stored after it make up for. So the neutral is stored first, the
+differences are solved and stored one after the other, then the weight maps slot by slot, and again.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import dct
+
+from facezip.character.samples import BESIDE_THE_FACE, Samples, samples_of
+from facezip.character.scans import Character
+from facezip.files.images import Texels
+from facezip.fit.refine import fit_weights
+from facezip.fit.storage import Storage
+from facezip.fit.sweep import solve_texture, weight_system
+from facezip.fit.weights import WeightSystem, solve_weights
+from facezip.machine.progress import track
+from facezip.pack.model import CompressedTextures
+from facezip.pack.quantise import ZERO, quantise
+
+# Weights that are coded in blocks should be smoother than those that are stored as they are.
+SMOOTHNESS = 1e-2
+ALTERNATIONS = 4
+
+
+def fit_coded(
+    character: Character, differences: int, weight_scale: int, storage: Storage, alternations: int = ALTERNATIONS
+) -> CompressedTextures:
+    """What a shader sees of the refined fit once it is stored; textures ``(H, W, C)``, C ≤ 3.
+
+    Parameters
+    ----------
+    character : the textures; its mask weights every texel's squared error.
+    differences : R, at most the number of expressions is used.
+    weight_scale : how many times smaller weight maps are.
+    storage : the codecs to fit to.
+    alternations : how often all maps are stored; a few are enough.
+    """
+    samples = samples_of(character, beside=BESIDE_THE_FACE)
+    neutral = storage.neutral(character.texture("neutral"))
+    samples = replace(samples, neutral=_as_stored(neutral, samples))
+    slots = min(differences, len(character.expressions))
+    weights = _mixed(fit_weights([samples], slots, weight_scale, SMOOTHNESS))
+    for slot in range(slots):
+        weights[:, slot] = storage.weights(weights[:, slot])
+    textures = np.zeros((slots, *neutral.shape), np.float32)
+    for _ in track(range(alternations), "Coding", alternations):
+        for slot in reversed(range(slots)):
+            texture = solve_texture(samples, weights, textures, slot)
+            textures[slot] = storage.difference(texture, samples.importance)
+        system = weight_system(samples, weights, textures)
+        system.regularise(system.mean_diagonal, SMOOTHNESS)
+        weights = _coded_weights(system, weights, storage)
+    maps = np.ascontiguousarray(weights.transpose(2, 0, 3, 1))
+    return CompressedTextures(neutral, textures, maps, character.expressions, "refined")
+
+
+def coded_afterwards(model: CompressedTextures, storage: Storage) -> CompressedTextures:
+    """What a shader sees of a model that was fitted without regard to how its maps are stored."""
+    maps = quantise(model)
+    everywhere = np.ones(model.neutral.shape[:2], np.float32)
+    steps = maps.difference_scale / np.float32(255)
+    rounded = (maps.differences.astype(np.float32) - ZERO) * steps[:, None, None]
+    weights = model.weights.transpose(3, 1, 0, 2)
+    return replace(
+        model,
+        neutral=storage.neutral(model.neutral),
+        differences=np.stack([storage.difference(one, everywhere) for one in rounded]),
+        weights=np.stack([storage.weights(one) for one in weights]).transpose(2, 1, 3, 0),
+    )
+
+
+def _mixed(weights: NDArray[np.float32]) -> NDArray[np.float32]:
+    """All slots ``(h, R, N, w)`` alike: a codec spends the same bytes on each, so none should hold more than others.
+
+    Any orthogonal mixture of balanced slots is as good before coding. That of the discrete cosines makes their energies
+    about equal, and so the sum over slots of a texture's error times the size of its weights smallest.
+    """
+    mixture = dct(np.eye(weights.shape[1]), norm="ortho", axis=0).astype(np.float32)
+    mixed: NDArray[np.float32] = np.einsum("ij,hjnw->hinw", mixture, weights)
+    return np.ascontiguousarray(mixed)
+
+
+def _coded_weights(system: WeightSystem, start: NDArray[np.float32], storage: Storage) -> NDArray[np.float32]:
+    """The weight maps ``(h, R, N, w)`` of a system, solved and stored slot after slot."""
+    right, (weights, _) = system.right.copy(), solve_weights(system, start)
+    for slot in reversed(range(weights.shape[1])):
+        free = np.ascontiguousarray(system.matrix[:, : slot + 1, : slot + 1])
+        rest = WeightSystem(free, np.ascontiguousarray(right[:, : slot + 1]))
+        weights[:, : slot + 1], _ = solve_weights(rest, np.ascontiguousarray(weights[:, : slot + 1]))
+        weights[:, slot] = storage.weights(weights[:, slot])
+        right[:, :slot] -= _coupled(system.matrix[:, :slot, slot], weights[:, slot])
+    return weights
+
+
+def _coupled(matrix: NDArray[np.float32], maps: NDArray[np.float32]) -> NDArray[np.float32]:
+    """What one slot's maps ``(h, N, w)`` contribute to the equations ``(h, R, N, w)`` of others."""
+    height, count, width = maps.shape
+    padded = np.pad(maps, ((1, 1), (0, 0), (1, 1)))
+    total = np.zeros((height, matrix.shape[1], count, width), np.float32)
+    for cell in range(9):
+        neighbour = padded[cell // 3 : cell // 3 + height, :, cell % 3 : cell % 3 + width]
+        total += matrix[:, :, cell, None] * neighbour[:, None]
+    return total
+
+
+def _as_stored(neutral: NDArray[np.float32], samples: Samples) -> Texels:
+    """Texels in [0, 1] in the units and the type of the samples' textures."""
+    values = neutral / samples.scale
+    if samples.neutral.dtype.kind == "u":
+        values = np.rint(values)
+    return np.ascontiguousarray(values.astype(samples.neutral.dtype))

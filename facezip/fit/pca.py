@@ -1,0 +1,109 @@
+"""What a user would pick instead: principal components with the neutral as mean (the paper's baseline)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from facezip.character.samples import Samples
+from facezip.character.scans import Character
+from facezip.fit.paper.fragments import differences_of_row, texel_scale
+from facezip.machine import memory
+from facezip.machine.rows import map_rows, sum_rows
+from facezip.pack.model import CompressedTextures
+
+
+def combined(character: Character, weights: NDArray[np.float32]) -> CompressedTextures:
+    """The textures that orthonormal uniform weights ``(N, k)`` make of a character's differences."""
+    return CompressedTextures(
+        neutral=character.texture("neutral"),
+        differences=combine_differences(character, weights.T),
+        weights=np.ascontiguousarray(weights[:, None, None, :]),
+        expressions=character.expressions,
+        method="pca",
+    )
+
+
+def principal_weights(maps: Sequence[Samples], count: int) -> NDArray[np.float32]:
+    """Weights ``(N, k)`` of the ``count`` leading components: orthonormal columns, the most important first.
+
+    Several maps, or tiles, have their components together: Gram matrices add.
+    """
+    _, vectors = np.linalg.eigh(sum(difference_gram(samples) for samples in maps))
+    leading = vectors[:, ::-1][:, :count].astype(np.float32)
+    # The sign of an eigenvector is free: make its largest entry positive, so that every machine agrees.
+    signs: NDArray[np.float32] = np.sign(leading[np.abs(leading).argmax(axis=0), np.arange(leading.shape[1])])
+    return np.ascontiguousarray(leading * signs)
+
+
+def difference_gram(samples: Samples) -> NDArray[np.float64]:
+    """``(N, N)``: Σ_p m(p) ⟨D_n(p), D_m(p)⟩ with D_n = I_n - I_0 in [0, 1] and the texels' importance m."""
+
+    def block(top: int, bottom: int) -> NDArray[np.float64]:
+        return _gram(top, bottom, samples.textures, samples.neutral, samples.scale, samples.importance)
+
+    lower = sum_rows(block, len(samples.neutral))
+    gram: NDArray[np.float64] = np.tril(lower) + np.tril(lower, -1).T
+    return gram
+
+
+def combine_differences(character: Character, mixture: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Linear combinations of the differences: ``(R, H, W, C)`` from ``(R, N)`` coefficients."""
+    height, width = character.resolution
+    out: NDArray[np.float32] = memory.empty((len(mixture), height, width, character.neutral.shape[2]), np.float32)
+    stored = character.textures, character.neutral, texel_scale(character)
+    mixture = np.ascontiguousarray(mixture)
+
+    def block(top: int, bottom: int) -> None:
+        _combine(top, bottom, *stored, mixture, out)
+
+    map_rows(block, height)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _gram(
+    top: int,
+    bottom: int,
+    textures: NDArray[np.uint8],
+    neutral: NDArray[np.uint8],
+    scale: np.float32,
+    weight: NDArray[np.float32],
+) -> NDArray[np.float64]:
+    count, _, width, channels = textures.shape
+    total = np.zeros((count, count))
+    differences = np.empty((width, channels, count), np.float32)
+    for y in range(top, bottom):
+        differences_of_row(y, textures, neutral, scale, differences)
+        for x in range(width):
+            for c in range(channels):
+                d = differences[x, c]
+                for n in range(count):
+                    weighted = weight[y, x] * d[n]
+                    for m in range(n + 1):
+                        total[n, m] += weighted * d[m]
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _combine(
+    top: int,
+    bottom: int,
+    textures: NDArray[np.uint8],
+    neutral: NDArray[np.uint8],
+    scale: np.float32,
+    mixture: NDArray[np.float32],
+    out: NDArray[np.float32],
+) -> None:
+    count, _, width, channels = textures.shape
+    differences = np.empty((width, channels, count), np.float32)
+    for y in range(top, bottom):
+        differences_of_row(y, textures, neutral, scale, differences)
+        for x in range(width):
+            for i in range(len(mixture)):
+                for c in range(channels):
+                    total = np.float32(0)
+                    for n in range(count):
+                        total += mixture[i, n] * differences[x, c, n]
+                    out[i, y, x, c] = total

@@ -1,0 +1,178 @@
+"""The best textures and weight maps that equation (1) can hold: alternating least squares under bilinear sampling.
+
+Minimises Σ_n Σ_p m(p) ‖D_n(p) - Σ_i D_i(p) (U W_in)(p)‖² plus a little smoothness, U the bilinear upsampling that a GPU
+sampler does. Weights fixed, the R values of every texel are a small linear solve; textures fixed, the weights are a
+sparse system whose matrix all expressions share. PCA is the special case of constant weights, and the start.
+
+At the end the weights are rounded to what a pack stores, and the textures fitted, and rounded, to those.
+"""
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.character.samples import Samples, thinned
+from facezip.character.scans import Character
+from facezip.fit.pca import principal_weights
+from facezip.fit.sweep import solve_textures, weight_system
+from facezip.fit.weights import SMOOTHNESS, WeightSystem, solve_weights
+from facezip.machine.progress import track
+from facezip.machine.rows import by_rows, map_rows
+from facezip.pack.model import CompressedTextures, bilinear_taps
+from facezip.pack.quantise import STEPS, best_ranges, rounded_weights
+
+# Many texels tell the weights in few alternations: that many texels are visited, in 4 to 16 alternations.
+TEXELS_VISITED = 2**24
+# The gauge in which a fit starts changes slowly: one is found for so many weight texels each way.
+GAUGE = 4
+# Of more texels a quarter tells the ranges of difference textures; of fewer, they depend on which.
+MANY_TEXELS = 2**20
+
+
+def as_stored(weights: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Weight maps ``(h, R, N, w)`` as a pack gives them back, ``(N, h, w, R)``."""
+    turned = weights.transpose(2, 0, 3, 1)
+    return rounded_weights(by_rows(lambda rows: turned[:, rows], turned.shape, np.float32, axis=1))
+
+
+def fitted(character: Character, samples: Samples, stored: NDArray[np.float32]) -> CompressedTextures:
+    """The difference textures, rounded to what a pack stores, that fit best to stored weight maps ``(N, h, w, R)``."""
+    turned = stored.transpose(1, 3, 0, 2)
+    weights = by_rows(lambda rows: turned[rows], turned.shape, np.float32)
+    some = thinned(samples, 2) if samples.importance.size > MANY_TEXELS else samples
+    ranges = best_ranges(solve_textures(some, weights), some.importance)
+    return CompressedTextures(
+        neutral=character.texture("neutral"),
+        differences=solve_textures(samples, weights, ranges / np.float32(STEPS)),
+        weights=stored,
+        expressions=character.expressions,
+        method="refined",
+        difference_range=ranges,
+    )
+
+
+def fit_weights(
+    maps: Sequence[Samples],
+    slots: int,
+    weight_scale: int,
+    smoothness: float = SMOOTHNESS,
+    components: NDArray[np.float32] | None = None,
+) -> NDArray[np.float32]:
+    """Weight maps ``(h, R, N, w)`` of the refined fit, in floating point, shared by several maps of one surface.
+
+    Parameters
+    ----------
+    maps : the texels of each map; the first one's size says how fine weights are. The error that is least is the sum
+        over maps, each weighted by its importance.
+    slots : R.
+    weight_scale : how many times smaller weight maps are.
+    smoothness : of the weights, as a part of the system's mean diagonal.
+    components : ``(N, R)`` uniform weights to start from; None for PCA's of these maps.
+    """
+    height, width, _ = maps[0].neutral.shape
+    few = [thinned(samples, weight_scale // 2) for samples in maps]
+    grid = -(-height // weight_scale), -(-width // weight_scale)
+    weights = before = balanced_start(few, principal_weights(few, slots) if components is None else components, grid)
+    unit, best, age = 0.0, -np.inf, 0
+    count = alternations(height * width)
+    for _ in track(range(count), "Refining", count):
+        # Nesterov's momentum: far fewer alternations reach the same error.
+        ahead = _extrapolated(weights, before, age / (age + 2))
+        age += 1
+        system = joint_system(maps, ahead)
+        unit = unit or system.mean_diagonal
+        system.regularise(unit, smoothness)
+        before = weights
+        weights, explained = solve_weights(system, ahead)
+        if explained < best:
+            # Momentum went past the goal: forget it.
+            before, age = weights, 0
+        best = explained
+    return weights
+
+
+def alternations(texels: int) -> int:
+    """How many of them a fit of so many texels makes."""
+    return min(max(TEXELS_VISITED // texels, 4), 16)
+
+
+def joint_system(
+    maps: Sequence[Samples], weights: NDArray[np.float32], textures: Sequence[NDArray[np.float32]] | None = None
+) -> WeightSystem:
+    """The equations of weight maps that several maps share: the sum of each one's (:func:`weight_system`)."""
+    total, *others = (
+        weight_system(samples, weights, textures[k] if textures else None) for k, samples in enumerate(maps)
+    )
+    for other in others:
+        map_rows(partial(_add, total, other), len(total.right))
+    return total
+
+
+def _add(total: WeightSystem, other: WeightSystem, top: int, bottom: int) -> None:
+    total.matrix[top:bottom] += other.matrix[top:bottom]
+    total.right[top:bottom] += other.right[top:bottom]
+
+
+def balanced_start(
+    maps: Sequence[Samples], components: NDArray[np.float32], grid: tuple[int, int]
+) -> NDArray[np.float32]:
+    """Uniform weights ``(N, R)`` on a grid, in the gauge where W Wᵀ and D Dᵀ are alike at every place.
+
+    Any invertible mixture of the slots changes nothing in equation (1); in this one neither weights nor textures have
+    large values where the other is small, so that both use the few steps of 8 bits well. The fit stays near it.
+    """
+    count, slots = components.shape
+    coarse = -(-grid[0] // GAUGE), -(-grid[1] // GAUGE)
+    shape, row = (coarse[0], slots, count, coarse[1]), components.T[None, :, :, None]
+    uniform = by_rows(lambda rows: row, shape, np.float32)
+    energies = joint_system(maps, uniform).matrix
+    # How much the texels about each place count: the diagonal of one texture of ones.
+    first = np.ascontiguousarray(uniform[:, :1])
+    texels = joint_system(maps, first, [_ones(samples) for samples in maps]).matrix[:, 0, 0, 4]
+    floored = np.maximum(texels, 1e-3 * texels.max())
+
+    def energy(rows: slice) -> NDArray[np.float32]:
+        here: NDArray[np.float32] = energies[rows, :, :, 4].transpose(0, 3, 1, 2) / floored[rows, :, None, None]
+        return here
+
+    traces = by_rows(lambda rows: np.trace(energy(rows), axis1=2, axis2=3), coarse, np.float32)
+    floor = max(1e-3 * traces.mean() / slots, 1e-30)
+
+    def balanced(rows: slice) -> NDArray[np.float32]:
+        values, vectors = np.linalg.eigh(energy(rows).astype(np.float64))
+        root = np.power(np.maximum(values, 0) + floor, 0.25)
+        gauge = (vectors * root[:, :, None, :]) @ vectors.swapaxes(2, 3)
+        mixed: NDArray[np.float32] = np.einsum("hwij,hjnw->hinw", gauge.astype(np.float32), uniform[rows])
+        return mixed
+
+    return _resampled(by_rows(balanced, shape, np.float32), grid)
+
+
+def _resampled(weights: NDArray[np.float32], grid: tuple[int, int]) -> NDArray[np.float32]:
+    """Weights ``(h, R, N, w)`` on another grid, by bilinear sampling."""
+    h, slots, count, w = weights.shape
+    above, below, down = bilinear_taps(grid[0], h)
+    left, right, across = bilinear_taps(grid[1], w)
+
+    def sampled(rows: slice) -> NDArray[np.float32]:
+        upper, share = weights[above[rows]], down[rows, None, None, None]
+        mixed = upper + share * (weights[below[rows]] - upper)
+        near: NDArray[np.float32] = mixed[..., left]
+        return near + across * (mixed[..., right] - near)
+
+    return by_rows(sampled, (grid[0], slots, count, grid[1]), np.float32)
+
+
+def _ones(samples: Samples) -> NDArray[np.float32]:
+    one, shape = np.ones(1, np.float32), (1, *samples.neutral.shape)
+    return by_rows(lambda rows: one, shape, np.float32, axis=1)
+
+
+def _extrapolated(weights: NDArray[np.float32], before: NDArray[np.float32], momentum: float) -> NDArray[np.float32]:
+    def ahead(rows: slice) -> NDArray[np.float32]:
+        here: NDArray[np.float32] = weights[rows]
+        return here + np.float32(momentum) * (here - before[rows])
+
+    return by_rows(ahead, weights.shape, np.float32)

@@ -1,0 +1,1 @@
+"""The machine: its cores, work by rows, memory that is bounded, progress."""

@@ -1,0 +1,206 @@
+"""From float maps to the bytes that a pack stores and a GPU samples, and back."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from facezip.files.images import Texels, to_float
+from facezip.machine import memory
+from facezip.machine.rows import by_rows, map_rows, sum_rows
+from facezip.pack.model import CompressedTextures, Meshes
+
+# Zero is this byte exactly, so that texels which no expression changes stay untouched.
+ZERO = 128
+# Steps from there to the end of a difference texture's range, on either side.
+STEPS = 127
+_BINS = 2048
+
+
+@dataclass(frozen=True, eq=False)
+class QuantisedMaps:
+    """The maps of a pack as integers, with the ranges that turn texels t = byte / 255 back into values.
+
+    Attributes
+    ----------
+    neutral : ``(H, W, C)`` uint8 or uint16.
+    differences : ``(R, H, W, C)`` uint8; D = (t - 128/255) · ``difference_scale``.
+    difference_scale : ``(R, C)`` float32, one range a texture and channel.
+    weights : ``(N, h, w, R)`` uint8, W = t · ``weight_scale`` + ``weight_offset``; or float32 ``(N, 1, 1, R)`` as they
+        are where weights are uniform: those are shader constants, not texels.
+    weight_scale, weight_offset : ``(R,)`` float32, one range a slot; 1 and 0 for uniform weights.
+    """
+
+    neutral: Texels
+    differences: NDArray[np.uint8]
+    difference_scale: NDArray[np.float32]
+    weights: NDArray[np.uint8] | NDArray[np.float32]
+    weight_scale: NDArray[np.float32]
+    weight_offset: NDArray[np.float32]
+
+    @property
+    def uniform(self) -> bool:
+        """Whether every weight map is a single number (PCA)."""
+        return self.weights.shape[1:3] == (1, 1)
+
+    @property
+    def weight_values(self) -> NDArray[np.float32]:
+        """``(N, h, w, R)`` float32, as a shader sees them."""
+        if self.uniform:
+            return self.weights.astype(np.float32)
+        return _weight_values(self.weights, self.weight_scale, self.weight_offset)
+
+
+def quantise(model: CompressedTextures, neutral_bits: int = 8) -> QuantisedMaps:
+    """Round a model to 8 bits a channel (the neutral to 8 or 16), each range stretched to use them fully."""
+    ranges = model.difference_range
+    if ranges is None:
+        ranges = _largest(model.differences)
+    difference_scale = ranges * np.float32(255 / STEPS)
+    # Kernels read rows as they lie.
+    values = np.require(model.differences, requirements="C")
+    differences: NDArray[np.uint8] = memory.empty(values.shape, np.uint8)
+    map_rows(lambda top, bottom: _round_differences(top, bottom, values, ranges, differences), len(differences[0]))
+    return QuantisedMaps(
+        _quantise_neutral(model.neutral, neutral_bits), differences, difference_scale, *_weights(model)
+    )
+
+
+def dequantise(
+    maps: QuantisedMaps, expressions: tuple[str, ...], method: str, meshes: Meshes | None
+) -> CompressedTextures:
+    """The model that a reader of the stored maps sees; inverse of :func:`quantise` up to rounding."""
+    steps = maps.difference_scale / np.float32(255)
+    stored = np.require(maps.differences, requirements="C")
+    differences: NDArray[np.float32] = memory.empty(stored.shape, np.float32)
+    map_rows(lambda top, bottom: _difference_values(top, bottom, stored, steps, differences), len(differences[0]))
+    return CompressedTextures(to_float(maps.neutral), differences, maps.weight_values, expressions, method, meshes)
+
+
+def rounded_weights(weights: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Weight maps ``(N, h, w, R)`` as a pack gives them back, so that textures can be fitted to what is stored."""
+    if weights.shape[1:3] == (1, 1):
+        return weights
+    return _weight_values(*_round_weights(weights))
+
+
+def _weight_values(
+    stored: NDArray[Any], scale: NDArray[np.float32], offset: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    step = scale / np.float32(255)
+    return by_rows(lambda rows: stored[:, rows] * step + offset, stored.shape, np.float32, axis=1)
+
+
+def best_ranges(differences: NDArray[np.float32], importance: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The range ``(R, C)`` of each texture and channel that costs least when stored in ±127 steps.
+
+    A smaller range has smaller steps for all texels and clips a few: the sum of both errors is taken from a histogram
+    of the values ``(R, H, W, C)`` where ``importance`` ``(H, W)`` is positive.
+    """
+    ranges = _largest(differences)
+    counts = sum_rows(lambda top, bottom: _histogram(top, bottom, differences, importance, ranges), len(importance))
+    value = (np.arange(_BINS) + 0.5) / _BINS
+    # As parts of the largest value: the error of steps of a range, and of what lies beyond it.
+    above = counts[..., ::-1].cumsum(axis=2)[..., ::-1]
+    first = (counts * value)[..., ::-1].cumsum(axis=2)[..., ::-1]
+    second = (counts * value**2)[..., ::-1].cumsum(axis=2)[..., ::-1]
+    clipped = second - 2 * value * first + value**2 * above
+    stepped = above[..., :1] * (value / STEPS) ** 2 / 12
+    best = (clipped + stepped).argmin(axis=2)
+    chosen: NDArray[np.float32] = (ranges * (best + 1) / _BINS).astype(np.float32)
+    return np.maximum(chosen, np.float32(1e-12))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _round_differences(
+    top: int, bottom: int, values: NDArray[np.float32], ranges: NDArray[np.float32], out: NDArray[np.uint8]
+) -> None:
+    slots, _, width, channels = values.shape
+    # Flat rows, with a factor beside every value, fill vector registers; three channels do not.
+    per_unit = np.empty(width * channels, np.float32)
+    for i in range(slots):
+        for k in range(width * channels):
+            per_unit[k] = np.float32(STEPS) / max(ranges[i, k % channels], np.float32(1e-30))
+        for y in range(top, bottom):
+            row, target = values[i, y].reshape(-1), out[i, y].reshape(-1)
+            for k in range(width * channels):
+                step = np.rint(row[k] * per_unit[k])
+                target[k] = np.uint8(min(max(step, np.float32(-STEPS)), np.float32(STEPS)) + np.float32(ZERO))
+
+
+@njit(cache=True, nogil=True)
+def _difference_values(
+    top: int, bottom: int, stored: NDArray[np.uint8], steps: NDArray[np.float32], out: NDArray[np.float32]
+) -> None:
+    slots, _, width, channels = stored.shape
+    step = np.empty(width * channels, np.float32)
+    for i in range(slots):
+        for k in range(width * channels):
+            step[k] = steps[i, k % channels]
+        for y in range(top, bottom):
+            row, target = stored[i, y].reshape(-1), out[i, y].reshape(-1)
+            for k in range(width * channels):
+                target[k] = (np.float32(row[k]) - np.float32(ZERO)) * step[k]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _histogram(
+    top: int,
+    bottom: int,
+    differences: NDArray[np.float32],
+    importance: NDArray[np.float32],
+    ranges: NDArray[np.float32],
+) -> NDArray[np.float64]:
+    slots, _, width, channels = differences.shape
+    counts = np.zeros((slots, channels, _BINS))
+    for i in range(slots):
+        per_bin = np.float32(_BINS) / np.maximum(ranges[i], np.float32(1e-30))
+        for y in range(top, bottom):
+            for x in range(width):
+                if importance[y, x] > 0:
+                    for c in range(channels):
+                        part = abs(differences[i, y, x, c]) * per_bin[c]
+                        counts[i, c, min(int(part), _BINS - 1)] += 1
+    return counts
+
+
+def _largest(differences: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The largest absolute value of each texture and channel, ``(R, C)``."""
+    parts = map_rows(lambda top, bottom: np.abs(differences[:, top:bottom]).max(axis=(1, 2)), differences.shape[1])
+    largest: NDArray[np.float32] = np.max(parts, axis=0)
+    return largest
+
+
+def _quantise_neutral(neutral: NDArray[np.float32], bits: int) -> Texels:
+    dtype, most = (np.uint16, np.float32(65535)) if bits == 16 else (np.uint8, np.float32(255))
+    return by_rows(lambda rows: np.rint(neutral[rows] * most).astype(dtype), neutral.shape, dtype)
+
+
+def _weights(
+    model: CompressedTextures,
+) -> tuple[NDArray[np.uint8] | NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+    if model.weights.shape[1:3] == (1, 1):
+        slots = model.weights.shape[3]
+        return model.weights, np.ones(slots, np.float32), np.zeros(slots, np.float32)
+    return _round_weights(model.weights)
+
+
+def _round_weights(
+    weights: NDArray[np.float32],
+) -> tuple[NDArray[np.uint8], NDArray[np.float32], NDArray[np.float32]]:
+    def extent(top: int, bottom: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        part = weights[:, top:bottom]
+        return part.min(axis=(0, 1, 2)), part.max(axis=(0, 1, 2))
+
+    parts = map_rows(extent, weights.shape[1])
+    offset: NDArray[np.float32] = np.min([low for low, _ in parts], axis=0)
+    scale: NDArray[np.float32] = np.max([high for _, high in parts], axis=0) - offset
+    # Where the range is empty the values are zero and stay so.
+    divisor = np.where(scale > 0, scale, np.float32(1))
+
+    def rounded(rows: slice) -> NDArray[np.uint8]:
+        return np.rint((weights[:, rows] - offset) / divisor * np.float32(255)).astype(np.uint8)
+
+    return by_rows(rounded, weights.shape, np.uint8, axis=1), scale, offset

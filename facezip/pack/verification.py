@@ -1,0 +1,81 @@
+"""Whether every byte of a pack is as it was written, and nothing else is there."""
+
+import hashlib
+import os
+import stat
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from facezip.files.reading import reading
+from facezip.files.renaming import recover
+from facezip.pack.manifest import (
+    FILE_NAME,
+    VERSION,
+    Kind,
+    Manifest,
+    StoredFile,
+    Versions,
+    begins_like_a_manifest,
+    damaged_pack,
+    read_version,
+)
+
+if TYPE_CHECKING:
+    from facezip.pack.surface_manifest import AnyManifest
+
+
+def verify_pack(path: str | Path) -> Manifest:
+    """Check that every byte of a pack of one albedo is as it was written and that nothing was added.
+
+    Raises
+    ------
+    FaceZipError
+        What :mod:`facezip.pack.manifest` raises; ``DAMAGED_PACK`` for a file that is missing, added, linked,
+        of another length, or with another checksum.
+    """
+    return verify_version(Path(path), VERSION)
+
+
+def verify_version(folder: Path, versions: Versions[Kind]) -> Kind:
+    """The same for packs of some versions of the format."""
+    with reading(folder):
+        recover(Path(os.path.realpath(folder)))
+        manifest = read_version(folder, versions)
+        _check_presence(folder, manifest)
+        for name, stated in manifest.files.items():
+            if stored(folder / name) != stated:
+                raise damaged_pack(folder, f"'{name}' was changed or damaged after it was written")
+    return manifest
+
+
+def is_pack(folder: Path) -> bool:
+    """Whether a folder looks like a pack, intact or not: only such a folder may be overwritten by one."""
+    try:
+        return begins_like_a_manifest(folder / FILE_NAME)
+    except OSError:
+        return False
+
+
+def bytes_on_disk(folder: str | Path) -> int:
+    """Bytes of all files of a pack."""
+    with reading(Path(folder)):
+        return sum(file.lstat().st_size for file in Path(folder).iterdir())
+
+
+def stored(file: Path) -> StoredFile:
+    """Length and checksum of a file."""
+    with open(file, "rb") as content:
+        return StoredFile(os.fstat(content.fileno()).st_size, hashlib.file_digest(content, "sha256").hexdigest())
+
+
+def _check_presence(folder: Path, manifest: "AnyManifest") -> None:
+    """Names, kinds and lengths, before any file is opened."""
+    present = {entry.name for entry in folder.iterdir()}
+    for name in sorted(present ^ {*manifest.files, FILE_NAME}):
+        raise damaged_pack(folder, f"'{name}' is {'not part of the pack' if name in present else 'missing'}")
+    for name, stated in manifest.files.items():
+        status = (folder / name).lstat()
+        if not stat.S_ISREG(status.st_mode):
+            raise damaged_pack(folder, f"'{name}' is a link or folder, not a file")
+        if status.st_size != stated.bytes:
+            raise damaged_pack(folder, f"'{name}' has {status.st_size} bytes, not {stated.bytes}")

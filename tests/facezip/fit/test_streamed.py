@@ -1,0 +1,93 @@
+"""Surfaces under a limit of memory, and read by other bands: less is resident, and nothing else changes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from facezip import compress_surface, load_surface, read_surface, save_surface, write_surface
+from facezip.character.maps import MapKind
+from facezip.files import decoding
+from facezip.machine import memory
+from facezip.pack.errors import surface_errors
+from tests.facezip.conftest import peak_of_compress
+from tests.facezip.surfaces import random_surface, write_floats
+
+
+@pytest.fixture(scope="module", params=["8 bits", "16 bits", "floats"])
+def scans(request, tmp_path_factory):
+    """Albedo, normals and roughness on two tiles; floats beyond 0..1 where they are kept."""
+    folder = tmp_path_factory.mktemp("surfaces") / "scans"
+    surface = random_surface(side=100, tiles=(2, 1))
+    if request.param == "8 bits":
+        save_surface(surface, folder)
+        return folder
+    floats = request.param == "floats"
+    change = _as_floats if floats else _as_shorts
+    parts = {key: change(part) for key, part in surface.parts.items()}
+    kinds = tuple(MapKind(kind.name, kind.encoding, -0.5, 2.0) if kind.name == "roughness" and floats else kind
+                  for kind in surface.maps)  # fmt: skip
+    save_surface(replace(surface, maps=kinds, parts=parts), folder)
+    if floats:
+        for (name, tile), part in parts.items():
+            for expression in ("neutral", *part.expressions) if name == "normal" else ():
+                file = folder / f"{expression}.normal.{tile}.png"
+                write_floats(file.with_suffix(".exr"), surface.maps[1].values(part.texture(expression)))
+                file.unlink()
+    return folder
+
+
+def _as_shorts(part):
+    """Normals of 16 bits are fitted as floats."""
+    if part.neutral.dtype == np.uint16:
+        return _as_floats(part)
+    return replace(part, neutral=part.neutral * np.uint16(257), textures=part.textures * np.uint16(257))
+
+
+def _as_floats(part):
+    most = np.float32(np.iinfo(part.neutral.dtype).max)
+    return replace(part, neutral=part.neutral / most, textures=part.textures / most)
+
+
+def loaded(scans):
+    return load_surface(scans, keep_floats=(scans / "neutral.1001.exr").exists())
+
+
+def packed(scans, pack, method):
+    """What is written and measured of a folder of scans: the bytes of every file, and the errors."""
+    surface = loaded(scans)
+    write_surface(compress_surface(surface, method), pack, neutral_bits=surface.neutral_bits)
+    return {file.name: file.read_bytes() for file in pack.iterdir()}, surface_errors(surface, read_surface(pack))
+
+
+@pytest.mark.parametrize("method", ["refined", "pca"])
+def test_a_streamed_pack_has_the_bytes_of_one_made_in_memory(method, scans, tmp_path, monkeypatch):
+    here = packed(scans, tmp_path / "here", method)
+    monkeypatch.setattr(memory, "LEAST", -(10**9))
+    with memory.limited(1, tmp_path):
+        streamed = packed(scans, tmp_path / "streamed", method)
+    assert streamed == here
+
+
+def test_what_is_read_does_not_depend_on_the_rows_that_are_decoded_at_a_time(scans, monkeypatch):
+    whole = loaded(scans)
+    monkeypatch.setattr(decoding, "BAND", 7)
+    banded = loaded(scans)
+    assert banded.maps == whole.maps
+    for key, part in whole.parts.items():
+        np.testing.assert_array_equal(banded.parts[key].neutral, part.neutral)
+        np.testing.assert_array_equal(banded.parts[key].textures, part.textures)
+
+
+def test_a_limit_is_kept_where_a_run_without_it_takes_more(tmp_path):
+    small = random_surface(expressions=6, tiles=(2, 1))
+    parts = {
+        key: replace(part, neutral=np.tile(part.neutral, (10, 20, 1)), textures=np.tile(part.textures, (1, 10, 20, 1)))
+        for key, part in small.parts.items()
+    }
+    save_surface(replace(small, parts=parts), tmp_path / "scans")
+
+    in_memory, whole = peak_of_compress(tmp_path / "scans", tmp_path / "pack")
+    streamed, same = peak_of_compress(tmp_path / "scans", tmp_path / "pack", "--memory", "420M")
+    assert streamed < 420e6 < in_memory
+    assert same["errors"] == whole["errors"]

@@ -1,0 +1,119 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from facezip.character.samples import samples_of
+from facezip.fit.sweep import RIDGE, solve_texture, solve_textures, weight_system
+from facezip.fit.weights import solve_weights
+from facezip.pack.model import blend_differences
+from tests.facezip.conftest import random_character
+
+
+def upsampling(side, low):
+    """Bilinear upsampling of a flat ``low`` x ``low`` map as a matrix, from the model's own sampler."""
+    columns = []
+    for texel in range(low * low):
+        weights = np.zeros((low * low, 1), np.float32)
+        weights[texel] = 1
+        ones = np.ones((1, side, side, 1), np.float32)
+        columns.append(blend_differences(np.zeros((side, side, 1), np.float32), ones, weights.reshape(low, low, 1)))
+    return np.stack([column.ravel() for column in columns], axis=1).astype(float)
+
+
+def pixels(character):
+    return np.stack([character.texture(name) - character.texture("neutral") for name in character.expressions])
+
+
+def random_weights(low, slots, count, seed=0):
+    return np.random.default_rng(seed).normal(size=(low, slots, count, low)).astype(np.float32)
+
+
+def test_textures_are_the_least_squares_solution_of_every_texel(character):
+    weights = random_weights(4, 2, 5)
+    textures = solve_textures(samples_of(character), weights).reshape(2, -1, 3)
+    sampled = (upsampling(32, 4) @ weights.transpose(0, 3, 1, 2).reshape(16, 10)).reshape(32 * 32, 2, 5)
+    for texel in (0, 345, 1023):
+        target = pixels(character).reshape(5, -1, 3)[:, texel]
+        expected = np.linalg.lstsq(sampled[texel].T, target, rcond=None)[0]
+        residual, best = (np.linalg.norm(sampled[texel].T @ t - target) for t in (textures[:, texel], expected))
+        assert residual == pytest.approx(best, rel=1e-3)
+
+
+def test_the_system_is_that_of_least_squares_under_the_sampler(character):
+    mask = np.random.default_rng(3).random(character.resolution).astype(np.float32)
+    samples = samples_of(replace(character, mask=mask))
+    start = random_weights(4, 2, 5)
+    textures = solve_textures(samples, start).reshape(2, -1, 3)
+    design = np.einsum("p,ipc,pa->pcai", np.sqrt(mask.ravel()), textures, upsampling(32, 4)).reshape(-1, 32)
+    target = (np.sqrt(mask.ravel())[:, None] * pixels(character).reshape(5, -1, 3)).reshape(5, -1)
+    expected = np.linalg.lstsq(design, target.T, rcond=None)[0].reshape(4, 4, 2, 5).transpose(0, 2, 3, 1)
+    weights = start
+    for _ in range(40):
+        weights, _ = solve_weights(weight_system(samples, start), weights)
+    np.testing.assert_allclose(weights, expected, rtol=2e-3, atol=2e-3)
+
+
+def test_given_textures_make_the_same_system_as_solved_ones(character):
+    samples, weights = samples_of(character), random_weights(4, 2, 5)
+    solved = weight_system(samples, weights)
+    given = weight_system(samples, weights, solve_textures(samples, weights))
+    np.testing.assert_array_equal(solved.matrix, given.matrix)
+    np.testing.assert_array_equal(solved.right, given.right)
+
+
+@pytest.mark.parametrize("resolution", [31, 130, 200])
+def test_any_size_and_any_number_of_channels(resolution):
+    character = random_character(side=resolution, expressions=4)
+    gray = replace(character, neutral=character.neutral[..., :1], textures=character.textures[..., :1].copy())
+    weights = random_weights(7, 2, 4)
+    colour = solve_textures(samples_of(character), weights)
+    np.testing.assert_allclose(solve_textures(samples_of(gray), weights)[..., 0], colour[..., 0], atol=1e-5)
+
+
+def test_rounded_textures_are_on_their_grid_and_nearly_as_good(character):
+    samples, weights = samples_of(character), random_weights(4, 2, 5)
+    free = solve_textures(samples, weights)
+    steps = (np.abs(free).max(axis=(1, 2)) / 127).astype(np.float32)
+    rounded = solve_textures(samples, weights, steps) / steps[:, None, None]
+    np.testing.assert_allclose(rounded, np.rint(rounded), atol=1e-4)
+    assert np.abs(rounded).max() <= 127.001
+
+
+def test_rounding_one_after_the_other_beats_rounding_all_at_once():
+    """Two textures that nearly repeat each other: the second makes up for the rounding of the first."""
+    character = random_character(side=64, expressions=6)
+    samples = samples_of(character)
+    weights = random_weights(8, 2, 6)
+    weights[:, 1] = weights[:, 0] + 0.3 * weights[:, 1]
+    free = solve_textures(samples, weights)
+    steps = np.full((2, 3), np.abs(free).max() / 20, np.float32)
+    sampled = (upsampling(64, 8) @ weights.transpose(0, 3, 1, 2).reshape(64, 12)).reshape(64 * 64, 2, 6)
+
+    def error(textures):
+        return np.square(np.einsum("pin,ipc->npc", sampled, textures.reshape(2, -1, 3)) - target).sum()
+
+    target = pixels(character).reshape(6, -1, 3)
+    assert error(solve_textures(samples, weights, steps)) < error(
+        np.rint(free / steps[:, None, None]) * steps[:, None, None]
+    )
+
+
+def test_textures_solved_one_after_the_other_are_those_solved_together(character):
+    samples, weights = samples_of(character), random_weights(4, 3, 5)
+    together = solve_textures(samples, weights)
+    apart = np.zeros_like(together)
+    for slot in (2, 1, 0):
+        apart[slot] = solve_texture(samples, weights, apart, slot)
+    np.testing.assert_allclose(apart, together, rtol=1e-4, atol=1e-5)
+
+
+def test_a_texture_makes_up_for_what_a_later_one_lost(character):
+    samples, weights = samples_of(character), random_weights(4, 2, 5)
+    textures = solve_textures(samples, weights)
+    textures[1] += np.random.default_rng(0).normal(0, 0.05, textures[1].shape).astype(np.float32)
+    sampled = (upsampling(32, 4) @ weights.transpose(0, 3, 1, 2).reshape(16, 10)).reshape(32 * 32, 2, 5)
+    rest = pixels(character).reshape(5, -1, 3) - sampled[:, 1].T[:, :, None] * textures[1].reshape(-1, 3)
+    ridge = RIDGE * np.square(weights).sum() / 16
+    best = np.einsum("pn,npc->pc", sampled[:, 0], rest) / (np.square(sampled[:, 0]).sum(axis=1) + ridge)[:, None]
+    np.testing.assert_allclose(solve_texture(samples, weights, textures, 0).reshape(-1, 3), best, rtol=1e-4, atol=1e-5)

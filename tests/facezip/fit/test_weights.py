@@ -1,0 +1,91 @@
+import numpy as np
+import pytest
+
+from facezip.fit.weights import RIDGE, WeightSystem, solve_weights
+
+
+def random_system(h=4, w=5, slots=2, count=3, seed=0):
+    """A positive definite system on a grid, and the same as a dense matrix."""
+    random = np.random.default_rng(seed)
+    system = WeightSystem.zeros((h, slots, count, w))
+    dense = np.zeros((h, w, slots, h, w, slots))
+    for y in range(h):
+        for x in range(w):
+            for q in range(9):
+                ny, nx = y + q // 3 - 1, x + q % 3 - 1
+                if 0 <= ny < h and 0 <= nx < w and (ny, nx) >= (y, x):
+                    block = random.normal(size=(slots, slots)) * 0.3
+                    block = block + block.T + 6 * np.eye(slots) if (ny, nx) == (y, x) else block
+                    dense[y, x, :, ny, nx] = block
+                    dense[ny, nx, :, y, x] = block.T
+                    system.matrix[y, :, :, q, x] = block
+                    system.matrix[ny, :, :, 8 - q, nx] = block.T
+    system.right[:] = random.normal(size=system.right.shape)
+    return system, dense.reshape(h * w * slots, -1)
+
+
+def flat(weights):
+    return weights.transpose(0, 3, 1, 2).reshape(-1, weights.shape[2]).astype(float)
+
+
+def test_conjugate_gradients_reach_the_dense_solution():
+    system, dense = random_system()
+    weights = np.zeros_like(system.right)
+    for _ in range(20):
+        weights, _ = solve_weights(system, weights)
+    np.testing.assert_allclose(flat(weights), np.linalg.solve(dense, flat(system.right)), atol=1e-4)
+
+
+def test_every_call_lowers_the_error_and_says_by_how_much():
+    system, dense = random_system()
+    weights = np.zeros_like(system.right)
+    explained = []
+    for _ in range(4):
+        x, right = flat(weights), flat(system.right)
+        weights, value = solve_weights(system, weights)
+        assert value == pytest.approx(float((2 * x * right - x * (dense @ x)).sum()), abs=1e-4)
+        explained.append(value)
+    assert explained == sorted(explained)
+
+
+def test_ties_are_those_of_a_grid_with_its_neighbours():
+    system, h, w = WeightSystem.zeros((3, 2, 1, 4)), 3, 4
+    system.regularise(2.0, smoothness=0.5)
+    for y in range(h):
+        for x in range(w):
+            row = np.zeros((3, 3))
+            for ny, nx in ((y - 1, x), (y + 1, x), (y, x - 1), (y, x + 1)):
+                if 0 <= ny < h and 0 <= nx < w:
+                    row[ny - y + 1, nx - x + 1] = -1
+            row[1, 1] = -row.sum() + RIDGE * 2
+            np.testing.assert_allclose(system.matrix[y, 0, 0, :, x], row.ravel(), rtol=1e-6)
+            np.testing.assert_array_equal(system.matrix[y, 0, 0], system.matrix[y, 1, 1])
+    assert not system.matrix[:, 0, 1].any()
+
+
+def test_the_start_is_not_changed():
+    system, _ = random_system()
+    start = np.ones_like(system.right)
+    solve_weights(system, start)
+    assert (start == 1).all()
+
+
+def test_smoothness_spreads_weights_to_texels_that_nothing_sees():
+    system = WeightSystem.zeros((5, 1, 1, 5))
+    system.matrix[2, 0, 0, 4, 2], system.right[2, 0, 0, 2] = 1, 3
+    weights = np.zeros_like(system.right)
+    system.regularise(1e-3)
+    for _ in range(30):
+        weights, _ = solve_weights(system, weights)
+    assert weights[2, 0, 0, 2] == pytest.approx(3, rel=1e-3)
+    assert 3 > weights[2, 0, 0, 1] > weights[2, 0, 0, 0] > 0
+
+
+@pytest.mark.parametrize("shape", [(1, 2, 3, 1), (1, 1, 2, 6), (40, 2, 3, 1)])
+def test_grids_of_a_single_row_or_column(shape):
+    system = WeightSystem.zeros(shape)
+    slots = np.arange(shape[1])
+    system.matrix[:, slots, slots, 4] = 2
+    system.right[:] = 1
+    weights, _ = solve_weights(system, np.zeros(shape, np.float32))
+    np.testing.assert_allclose(weights, 0.5, atol=1e-6)

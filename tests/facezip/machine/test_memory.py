@@ -1,0 +1,152 @@
+"""Where arrays live changes how much memory is taken, and nothing else."""
+
+import errno
+import os
+import signal
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from facezip import FaceZipError, compress, load_character, load_surface, save_character, save_surface, write_pack
+from facezip.errors import ErrorCode
+from facezip.files.images import read_values, write_values
+from facezip.fit.choice import choose
+from facezip.machine import memory
+from facezip.pack.measure import pack_errors
+from tests.facezip.conftest import peak_of_compress, random_character
+from tests.facezip.surfaces import random_surface
+
+
+def packed(scans, pack, **settings):
+    """What is written and measured of a folder of scans: the bytes of every file, and the errors."""
+    character = load_character(scans)
+    write_pack(compress(character, **settings), pack)
+    return {file.name: file.read_bytes() for file in pack.iterdir()}, pack_errors(character, pack)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+@pytest.mark.parametrize("method", ["refined", "pca"])
+def test_a_streamed_pack_has_the_bytes_of_one_made_in_memory(method, dtype, tmp_path, monkeypatch):
+    save_character(random_character(side=100, expressions=6, dtype=dtype), tmp_path / "scans")
+    here = packed(tmp_path / "scans", tmp_path / "here", method=method)
+    monkeypatch.setattr(memory, "LEAST", -(10**9))
+    with memory.limited(1, tmp_path):
+        streamed = packed(tmp_path / "scans", tmp_path / "streamed", method=method)
+    assert streamed == here
+
+
+def test_a_streamed_choice_by_a_streamed_importance_is_the_one_made_in_memory(tmp_path, monkeypatch):
+    character = random_character(side=64, expressions=3)
+    write_values(tmp_path / "importance.exr", np.random.default_rng(0).random((64, 64), np.float32))
+
+    def chosen():
+        choice = choose(character, target_rmse=4, importance=read_values(tmp_path / "importance.exr"))
+        return choice.tried, choice.model
+
+    tried, model = chosen()
+    monkeypatch.setattr(memory, "LEAST", -(10**9))
+    with memory.limited(1, tmp_path):
+        streamed_tried, streamed = chosen()
+    assert streamed_tried == tried
+    np.testing.assert_array_equal(streamed.differences, model.differences)
+
+
+def test_a_streamed_glb_is_the_one_read_into_memory(tmp_path, monkeypatch):
+    save_character(random_character(side=100), tmp_path / "scans.glb")
+    here = load_character(tmp_path / "scans.glb")
+    monkeypatch.setattr(memory, "LEAST", -(10**9))
+    with memory.limited(1, tmp_path):
+        streamed = load_character(tmp_path / "scans.glb")
+    np.testing.assert_array_equal(streamed.textures, here.textures)
+    np.testing.assert_array_equal(streamed.neutral, here.neutral)
+
+
+def test_a_limit_is_kept_where_a_run_without_it_takes_more(tmp_path):
+    small = random_character(expressions=8)
+    neutral, textures = np.tile(small.neutral, (40, 40, 1)), np.tile(small.textures, (1, 40, 40, 1))
+    save_character(replace(small, neutral=neutral, textures=textures), tmp_path / "scans")
+
+    in_memory, whole = peak_of_compress(tmp_path / "scans", tmp_path / "pack")
+    streamed, same = peak_of_compress(tmp_path / "scans", tmp_path / "pack", "--memory", "420M")
+    assert streamed < 420e6 < in_memory
+    assert same["rmse"] == whole["rmse"]
+
+
+def test_pages_that_are_let_go_keep_what_was_written(tmp_path):
+    with memory.limited(1, tmp_path):
+        values = memory.zeros((300, 1000), np.int64)
+        assert not values.any()
+        values[:] = np.arange(300)[:, None]
+        memory.ease()
+    np.testing.assert_array_equal(values, np.arange(300)[:, None] * np.ones(1000, int))
+
+
+def test_a_file_serves_again_and_zeros_are_zeros(tmp_path):
+    with memory.limited(1, tmp_path):
+        first = memory.empty((30, 1000), np.int32)
+        first[:] = 7
+        part = first[5:, ::2]
+        second = memory.zeros((30, 1000), np.int32)
+        del first
+        assert (part == 7).all()
+        assert not second.any()
+        del part
+        third = memory.zeros((1000, 30), np.float32)
+        assert not third.any()
+        assert not np.shares_memory(second, third)
+        assert len(list(memory._limit.mappings)) == 2
+
+
+def test_threads_never_share_a_file(tmp_path):
+    def fill(value):
+        array = memory.empty((100, 100), np.int32)
+        array[:] = value
+        return (array == value).all()
+
+    with memory.limited(1, tmp_path), ThreadPoolExecutor(8) as pool:
+        assert all(pool.map(fill, range(2000)))
+
+
+def test_nothing_is_left_of_a_killed_run(tmp_path):
+    child = os.fork()
+    if child == 0:
+        with memory.limited(1, tmp_path):
+            memory.empty((1000, 1000), np.float32)[:] = 1
+            os.kill(os.getpid(), signal.SIGKILL)
+    assert os.waitpid(child, 0)[1] == signal.SIGKILL
+    assert not [*tmp_path.iterdir()]
+
+
+@pytest.mark.parametrize("scans", ["scans", "scans.glb", "layered"])
+def test_a_limit_that_is_too_small_names_the_least_that_works(scans, tmp_path):
+    if scans == "layered":
+        save_surface(random_surface(expressions=2), tmp_path / scans)
+    else:
+        save_character(random_character(), tmp_path / scans)
+    with memory.limited(10**6, tmp_path), pytest.raises(FaceZipError, match=r"need \d+M at least") as refusal:
+        load_surface(tmp_path / scans)
+    assert refusal.value.code is ErrorCode.BAD_VALUE
+
+
+def test_a_full_disk_is_one_line_that_says_how_much_was_asked_for(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "posix_fallocate", full)
+    with memory.limited(1, tmp_path), pytest.raises(FaceZipError, match=r"no room for 0\.8 GB") as refusal:
+        memory.empty((10**8,), np.float64)
+    assert refusal.value.code is ErrorCode.CANNOT_WRITE
+
+
+@pytest.mark.parametrize("wrong", [["--method", "paper"], ["--memory", "5 apples"]])
+def test_what_does_not_keep_to_a_limit_is_wrong_usage(wrong, tmp_path):
+    command = [sys.executable, "-c", "from facezip.cli import main; main()", "compress", tmp_path, "-o", tmp_path / "p"]
+    done = subprocess.run(
+        [*map(str, [*command, "--memory", "1G", *wrong])], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert "memory" in done.stderr

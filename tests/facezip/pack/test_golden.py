@@ -1,0 +1,43 @@
+"""Golden packs, one of every version of the format, are read for ever, and to the same textures."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from facezip import read_pack, read_surface, verify_pack, write_pack
+from facezip.character.folder import file_name
+from facezip.character.neutrals import packed_neutral
+from facezip.files.images import read_texture_exactly
+from facezip.pack.manifest import FORMAT, LAYERED
+
+GOLDEN = sorted((Path(__file__).parent.parent / "data").glob("pack-*/golden.facezip"))
+
+
+@pytest.mark.parametrize("version", [FORMAT, LAYERED])
+def test_every_version_has_a_golden_pack(version):
+    assert version.split("/")[1] in [pack.parent.name.removeprefix("pack-") for pack in GOLDEN]
+
+
+@pytest.mark.parametrize("pack", GOLDEN, ids=lambda pack: pack.parent.name)
+def test_a_golden_pack_reads_as_on_its_first_day(pack):
+    model, seen = read_surface(pack), set()
+    for name in model.expressions:
+        for kind in model.maps:
+            for tile in model.tiles:
+                stem = file_name(name, kind, tile, model.tiles)
+                day_one = read_texture_exactly(pack.parent / f"{stem}.png").astype(int)
+                today = packed_neutral(model.parts[kind.name, tile].reconstruct(name), kind, 8)
+                assert np.abs(today - day_one).max() <= 1
+                seen.add(stem)
+    assert seen == {file.stem for file in pack.parent.glob("*.png")}
+    assert len(model.meshes.deltas) == len(model.expressions)
+
+
+def test_writing_what_was_read_gives_the_same_bytes(tmp_path):
+    pack = GOLDEN[0]
+    manifest = verify_pack(pack)
+    write_pack(read_pack(pack), tmp_path / "again", name=manifest.name, made_with=manifest.made_with)
+    again = verify_pack(tmp_path / "again")
+    assert again.files["neutral.png"] == manifest.files["neutral.png"]
+    assert again.files["deltas.f32"] == manifest.files["deltas.f32"]
