@@ -83,7 +83,7 @@ class Glb:
 
     def to_bytes(self) -> bytes:
         """The file's content."""
-        text = json.dumps(self.document, separators=(",", ":"), allow_nan=False).encode()
+        text = json.dumps(self.document, separators=(",", ":"), allow_nan=False, ensure_ascii=False).encode()
         chunks = _chunk(JSON_CHUNK, text, b" ") + (_chunk(BINARY_CHUNK, self.binary, b"\0") if self.binary else b"")
         return MAGIC + struct.pack("<II", VERSION, 12 + len(chunks)) + chunks
 
@@ -151,32 +151,40 @@ class GlbBuilder:
 
     document: dict[str, Any]
     _binary: bytearray = field(default_factory=bytearray)
+    _scattered: bytearray = field(default_factory=bytearray)
+    _scattered_view: int | None = None
 
-    def view(self, content: bytes, target: int | None = None) -> int:
+    def view(self, content: bytes, target: int | None = None, stride: int | None = None) -> int:
         """Add bytes, aligned to four; returns the number of the buffer view."""
-        self._binary += bytes(-len(self._binary) % 4)
-        view = {"buffer": 0, "byteOffset": len(self._binary), "byteLength": len(content)}
-        self._binary += content
+        view = self._placed(content) | ({"byteStride": stride} if stride else {})
         return self._add("bufferViews", view | ({"target": target} if target else {}))
 
-    def array(self, values: NDArray[Any], target: int | None = None, bounds: bool = False) -> int:
-        """Add ``(count, width)`` values as they are; returns the number of the accessor."""
-        view = self.view(np.ascontiguousarray(values).tobytes(), target)
-        return self._add("accessors", {"bufferView": view, **_described(values, bounds)})
+    def array(
+        self, values: NDArray[Any], target: int | None = None, bounds: bool = False, normalized: bool = False
+    ) -> int:
+        """Add ``(count, width)`` values, rows of vertices aligned to four bytes; returns the number of the accessor."""
+        rows = np.ascontiguousarray(values).view(np.uint8)
+        padding = -rows.shape[1] % 4 if target == VERTICES else 0
+        if padding:
+            rows = np.pad(rows, ((0, 0), (0, padding)))
+        view = self.view(rows.tobytes(), target, rows.shape[1] if padding else None)
+        described = _described(values, bounds) | ({"normalized": True} if normalized else {})
+        return self._add("accessors", {"bufferView": view, **described})
 
-    def sparse(self, values: NDArray[np.float32], bounds: bool = False) -> int:
+    def sparse(self, values: NDArray[Any], bounds: bool = False) -> int:
         """Add ``(count, width)`` values of which most are zero, by their rows that are not, where that saves bytes."""
         rows = np.flatnonzero(values.any(axis=1))
-        kind: type[np.generic] = np.uint16 if len(values) <= 65535 else np.uint32
         described = _described(values, bounds)
         if len(rows) == 0:
             return self._add("accessors", described)
-        if len(rows) * (4 * values.shape[1] + np.dtype(kind).itemsize) >= values.nbytes:
+        kind: type[np.generic] = np.uint16 if rows[-1] < 2**16 else np.uint32
+        width = values[:1].nbytes
+        if len(rows) * (width + np.dtype(kind).itemsize) >= len(values) * (width + -width % 4):
             return self.array(values, VERTICES, bounds)
         sparse = {
             "count": len(rows),
-            "indices": {"bufferView": self.view(rows.astype(kind).tobytes()), "componentType": CODES[np.dtype(kind)]},
-            "values": {"bufferView": self.view(values[rows].tobytes())},
+            "indices": {**self._scatter(rows.astype(kind).tobytes()), "componentType": CODES[np.dtype(kind)]},
+            "values": self._scatter(values[rows].tobytes()),
         }
         return self._add("accessors", described | {"sparse": sparse})
 
@@ -186,9 +194,26 @@ class GlbBuilder:
 
     def finish(self) -> Glb:
         """The file; nothing may be added afterwards."""
+        if self._scattered_view is not None:
+            self.document["bufferViews"][self._scattered_view] = self._placed(self._scattered)
         self._binary += bytes(-len(self._binary) % 4)
         self.document["buffers"] = [{"byteLength": len(self._binary)}]
         return Glb(self.document, bytes(self._binary))
+
+    def _placed(self, content: bytes | bytearray) -> dict[str, Any]:
+        self._binary += bytes(-len(self._binary) % 4)
+        view = {"buffer": 0, "byteOffset": len(self._binary), "byteLength": len(content)}
+        self._binary += content
+        return view
+
+    # One buffer view for all: two for each of four thousand targets would fill the JSON.
+    def _scatter(self, content: bytes) -> dict[str, Any]:
+        if self._scattered_view is None:
+            self._scattered_view = self._add("bufferViews", {})
+        self._scattered += bytes(-len(self._scattered) % 4)
+        place = {"bufferView": self._scattered_view, "byteOffset": len(self._scattered)}
+        self._scattered += content
+        return place
 
     def _add(self, kind: str, entry: dict[str, Any]) -> int:
         entries: list[dict[str, Any]] = self.document.setdefault(kind, [])

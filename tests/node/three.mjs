@@ -18,9 +18,10 @@ const numbers = (attribute) =>
 console.log(JSON.stringify({
   names: Object.keys(face.morphTargetDictionary),
   relative: face.geometry.morphTargetsRelative,
+  scale: face.scale.toArray(),
   position: numbers(face.geometry.attributes.position),
   deltas: position.map(numbers),
-  normals: normal.length,
+  normals: normal?.length ?? 0,
   index: Array.from(face.geometry.index.array),
   uv: numbers(face.geometry.attributes.uv),
   textured: face.material.map !== null,
