@@ -10,67 +10,60 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from facezip.version import __version__
+
 if TYPE_CHECKING:
-    from facezip.character.folder import load_surface, save_surface
-    from facezip.character.scans import Character, load_character, save_character
-    from facezip.character.surface import Surface
+    from facezip.character.loading import load_character, save_character
+    from facezip.character.maps import Map
+    from facezip.character.meshes import Meshes
+    from facezip.character.scans import Character, Stack
     from facezip.errors import ErrorCode, FaceZipError
     from facezip.files.obj import Topology
     from facezip.fit.choice import choose
-    from facezip.fit.joint import compress_surface
     from facezip.fit.methods import compress
-    from facezip.pack.model import CompressedTextures, Meshes
-    from facezip.pack.surface_model import CompressedSurface
-    from facezip.pack.version_1 import read_pack, verify_pack, write_pack
-    from facezip.pack.version_2 import read_surface, write_surface
-
-__version__ = "0.1.0"
+    from facezip.pack.model import CompressedTextures, Part
+    from facezip.pack.read import read_pack
+    from facezip.pack.verification import verify_pack
+    from facezip.pack.write import write_pack
 
 # Where each public name lives: modules load on first use, so that `facezip info` starts at once.
 _HOMES = {
     "Character": "character.scans",
-    "CompressedSurface": "pack.surface_model",
     "CompressedTextures": "pack.model",
     "ErrorCode": "errors",
     "FaceZipError": "errors",
-    "Meshes": "pack.model",
-    "Surface": "character.surface",
+    "Map": "character.maps",
+    "Meshes": "character.meshes",
+    "Part": "pack.model",
+    "Stack": "character.scans",
     "Topology": "files.obj",
     "choose": "fit.choice",
     "compress": "fit.methods",
-    "compress_surface": "fit.joint",
-    "load_character": "character.scans",
-    "load_surface": "character.folder",
-    "read_pack": "pack.version_1",
-    "read_surface": "pack.version_2",
-    "save_character": "character.scans",
-    "save_surface": "character.folder",
-    "verify_pack": "pack.version_1",
-    "write_pack": "pack.version_1",
-    "write_surface": "pack.version_2",
+    "load_character": "character.loading",
+    "read_pack": "pack.read",
+    "save_character": "character.loading",
+    "verify_pack": "pack.verification",
+    "write_pack": "pack.write",
 }
 
 __all__ = [
     "Character",
-    "CompressedSurface",
     "CompressedTextures",
     "ErrorCode",
     "FaceZipError",
+    "Map",
     "Meshes",
-    "Surface",
+    "Part",
+    "Stack",
     "Topology",
+    "__version__",
     "choose",
     "compress",
-    "compress_surface",
     "load_character",
-    "load_surface",
     "read_pack",
-    "read_surface",
     "save_character",
-    "save_surface",
     "verify_pack",
     "write_pack",
-    "write_surface",
 ]
 
 

@@ -52,7 +52,7 @@ def animate(
     versions, begin = start(), perf_counter()
     view, light = settings.views[0], settings.lights[0]
     renderer = PairedRenderer(
-        originals.character.topology,
+        originals.character.meshes.topology,
         frame_of(originals.neutral),
         [light],
         settings.material,
@@ -65,7 +65,7 @@ def animate(
         textures = originals.texture(pose.weights), compressed({**pose.weights})
         renderer.pose(originals.vertices(pose.weights))
         images.append(renderer.render([upload(one) for one in textures], view, light, settings.spp, settings.seed))
-        measured = {"texture_rmse": _texture_rmse(*textures, originals.character.mask), **_measured(images[-1])}
+        measured = {"texture_rmse": _texture_rmse(*textures, originals.character.first.mask), **_measured(images[-1])}
         found.append({"frame": len(found), "pose": pose.name, "weights": {**pose.weights}, **measured})
     document = {
         "format": FORMAT,

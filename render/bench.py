@@ -76,9 +76,9 @@ def _paired(
 
 def renderer_of(character: Character, settings: Settings) -> PairedRenderer:
     """The paired renderer of a character as settings ask for it."""
-    frame = frame_of(character.neutral_vertices)
+    frame = frame_of(character.meshes.neutral)
     skin, size, transport = settings.material, settings.resolution, settings.transport
-    return PairedRenderer(character.topology, frame, settings.lights, skin, size, transport)
+    return PairedRenderer(character.meshes.topology, frame, settings.lights, skin, size, transport)
 
 
 def _naive(character: Character, poses: Sequence[Pose], looks: Sequence[tuple[View, str]], settings: Settings) -> None:
@@ -102,8 +102,8 @@ def render_alone(
 
     colour = texture if texture.shape[2] == 3 else np.repeat(texture[:, :, :1], 3, axis=2)
     bitmap = {"type": "bitmap", "data": mi.TensorXf(decode_srgb(colour)), "raw": True, "wrap_mode": "clamp"}
-    head = HeadMesh(character.topology, MATERIALS[settings.material](bitmap))
-    frame, depth = frame_of(character.neutral_vertices), 2 if settings.transport == "direct" else -1
+    head = HeadMesh(character.meshes.topology, MATERIALS[settings.material](bitmap))
+    frame, depth = frame_of(character.meshes.neutral), 2 if settings.transport == "direct" else -1
     scene = mi.load_dict(stage(head.shape, frame, light, depth) | {"sensor": camera(view, frame, settings.resolution)})
     head.move(mi.traverse(scene), vertices)
     return np.array(mi.render(scene, spp=settings.spp, seed=settings.seed), np.float32)

@@ -59,14 +59,14 @@ class Sight:
         """For all the lights of the looks."""
         rigs = list(dict.fromkeys(rig for _, rig in self.looks))
         return PairedRenderer(
-            character.topology, frame_of(character.neutral_vertices), rigs, self.material, self.resolution
+            character.meshes.topology, frame_of(character.meshes.neutral), rigs, self.material, self.resolution
         )
 
     def operators(self, character: Character, renderer: PairedRenderer, expression: str) -> Iterator[ImageOperator]:
         """The operator of every look at an expression, in their order."""
         renderer.pose(character.mesh_vertices(expression))
         for view, rig in self.looks:
-            yield image_operator(renderer, character.resolution, view, rig, self.spp, self.seed)
+            yield image_operator(renderer, character.first.resolution, view, rig, self.spp, self.seed)
 
 
 def seen_importance(character: Character, sight: Sight) -> NDArray[np.float32]:
@@ -75,7 +75,7 @@ def seen_importance(character: Character, sight: Sight) -> NDArray[np.float32]:
     Exactly zero where no camera of ``sight`` sees the texel in any expression. Multiplied by squared errors (encoded,
     0..1) and summed, it bounds the mean squared error of an image, to first order, times the number of images.
     """
-    total = np.zeros(character.resolution, np.float64)
+    total = np.zeros(character.first.resolution, np.float64)
     renderer = sight.renderer(character)
     with task("Looking at texels", len(character.expressions) * len(sight.looks)) as advance:
         for name in character.expressions:

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.scans import NEUTRAL, Character
+from facezip.character.scans import NEUTRAL
+from facezip.files.obj import Topology
 from render.colour import delta_e_2000
 from render.decision import judge, stream
 from render.metrics import Picture, compare, display, head_crop
@@ -41,22 +42,29 @@ def looks(settings: Settings) -> Iterator[tuple[View, str]]:
 
 
 class Studio:
-    """A character before the cameras: renders shots and measures them, and keeps the time of both.
+    """A head before the cameras: renders shots and measures them, and keeps the time of both.
 
     Parameters
     ----------
-    character : whose geometry is rendered.
+    topology, neutral : the geometry, with one square of UV, and vertices ``(V, 3)``.
     settings : how to look.
     """
 
-    def __init__(self, character: Character, settings: Settings, pool: ThreadPoolExecutor) -> None:
-        frame = frame_of(character.neutral_vertices)
+    def __init__(
+        self, topology: Topology, neutral: NDArray[np.float32], settings: Settings, pool: ThreadPoolExecutor
+    ) -> None:
+        frame = frame_of(neutral)
         self.seconds = {"render": 0.0, "metrics": 0.0}
         self._settings, self._pool = settings, pool
         self._renderer = PairedRenderer(
-            character.topology, frame, settings.lights, settings.material, settings.resolution, settings.transport
+            topology,
+            frame,
+            settings.lights,
+            settings.material,
+            settings.resolution,
+            settings.transport,
         )
-        self._regions = face_regions(character.topology, character.neutral_vertices)
+        self._regions = face_regions(topology, neutral)
 
     def pose(self, vertices: NDArray[np.float32]) -> None:
         """Move the head."""

@@ -20,6 +20,7 @@ from render.paired import Images
 from render.settings import Settings
 from render.shots import Shot, Studio, looks, repeat_of
 from render.skins import SkinMaps, Texture, uploaded
+from render.staging import staged_original, staged_topology
 from render.store import RENDERS, ShotStore, digest_of
 from render.summary import summarise
 from render.verdict import DECIDING
@@ -57,7 +58,7 @@ class Filler:
 
     Parameters
     ----------
-    character, candidates, folder, settings, earlier, original : as of :func:`validate`.
+    character, candidates, folder, settings, earlier : as of :func:`validate`.
     """
 
     def __init__(
@@ -67,11 +68,10 @@ class Filler:
         folder: Path,
         settings: Settings,
         earlier: Path | None = None,
-        original: Callable[[str], Texture] | None = None,
     ) -> None:
         pool, store = ThreadPoolExecutor(cores()), ShotStore(folder, earlier)
         conditions = _conditions(character, settings, start())
-        self._run = _Run(character, original or character.texture, candidates, settings, store, conditions, pool)
+        self._run = _Run(character, candidates, settings, store, conditions, pool)
 
     def fill(self, name: str) -> Filled:
         """Every shot of an expression that is missing; with those of the neutral, the noise floors."""
@@ -91,16 +91,14 @@ def validate(
     folder: Path,
     settings: Settings | None = None,
     earlier: Path | None = None,
-    original: Callable[[str], Texture] | None = None,
     distribute: Callable[[Sequence[str]], Iterable[Filled]] = lambda _: (),
 ) -> dict[str, Any]:
     """Render the character with its own and each candidate's textures, and measure every difference.
 
     Writes ``folder/renders/EXPRESSION.VIEW.LIGHT.exr``, a part ``original`` and one a candidate, and its measurements
     beside it. Shots found there, or in the report ``earlier``, are not rendered again if nothing that made them
-    changed. ``original`` gives the character's own textures, where they are more than its albedo; every candidate's
-    are then of the same kind. ``distribute`` is given all names, the neutral's too, and may have any of them filled by
-    a :class:`Filler` elsewhere; what it leaves is rendered here.
+    changed. ``distribute`` is given all names, the neutral's too, and may have any of them filled by a :class:`Filler`
+    elsewhere; what it leaves is rendered here.
 
     Returns
     -------
@@ -119,7 +117,7 @@ def validate(
     with ThreadPoolExecutor(cores()) as pool:
         elsewhere = list(distribute((NEUTRAL, *character.expressions)))
         store = ShotStore(folder, earlier)
-        run = _Run(character, original or character.texture, candidates, settings, store, conditions, pool)
+        run = _Run(character, candidates, settings, store, conditions, pool)
         renders, floors = run.renders(), run.floors()
         run.finish()
     filled = [Filled(run.rendered, run.seconds), *elsewhere]
@@ -149,7 +147,6 @@ class _Run:
     def __init__(
         self,
         character: Character,
-        original: Callable[[str], Texture],
         candidates: list[Candidate],
         settings: Settings,
         store: ShotStore,
@@ -158,7 +155,7 @@ class _Run:
     ) -> None:
         self.rendered = 0
         self._character, self._candidates, self._settings = character, candidates, settings
-        self._original = original
+        self._topology, self._original = staged_topology(character), staged_original(character)
         self._store, self._conditions, self._pool = store, conditions, pool
         self._studio: Studio | None = None
         self._writing: list[Future[None]] = []
@@ -219,13 +216,13 @@ class _Run:
 
     def _posed(self, name: str, textures: list[Texture]) -> tuple[Studio, list[Any]]:
         if self._studio is None:
-            self._studio = Studio(self._character, self._settings, self._pool)
+            self._studio = Studio(self._topology, self._character.meshes.neutral, self._settings, self._pool)
         self._studio.pose(self._character.mesh_vertices(name))
         return self._studio, [uploaded(texture, self._settings.material) for texture in textures]
 
     def _inputs(self, name: str, textures: list[Texture]) -> str:
-        topology, character = self._character.topology, self._character
-        meshes = character.neutral_vertices, character.mesh_vertices(name)
+        topology, character = self._topology, self._character
+        meshes = character.meshes.neutral, character.mesh_vertices(name)
         arrays = [part for one in textures for part in (one.arrays if isinstance(one, SkinMaps) else (one,))]
         return digest_of({}, (topology.faces, topology.uv, topology.face_uv, *meshes, *arrays))
 
@@ -257,7 +254,7 @@ def _conditions(character: Character, settings: Settings, versions: dict[str, st
         "pixels_per_degree": PIXELS_PER_DEGREE,
         "display": "linear radiance clipped to 0..1, sRGB-encoded",
         "region": "pixels that the head fills at least half",
-        "texture_region": "whole texture" if character.mask is None else "the character's mask",
+        "texture_region": "the character's mask" if character.masked else "whole texture",
         "confidence": "95 %, from two halves",
         "debiased": ["image_rmse_debiased", *DECIDING],
         "units": UNITS,

@@ -1,6 +1,6 @@
 """The contact sheet of ``facezip check``: every expression's texture, and where it lies off the neutral's."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from facezip.character.alignment import GRID, SURE, THRESHOLD, Alignment
+from facezip.character.alignment import GRID, SURE, THRESHOLD, Alignment, Alignments
+from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
 from facezip.files.writing import write_whole
 
@@ -21,27 +22,29 @@ PANEL, TEXELS = 2.2, 256
 ARROWS = 2
 
 
-def write_contact_sheet(path: Path, character: Character, found: Mapping[str, Alignment]) -> None:
+def write_contact_sheet(path: Path, character: Character, found: Alignments) -> None:
     """Write a PNG: a heat map of the displacement's length over every texture, arrows, and one scale for all.
 
-    The worst expression comes first. Where nothing is known there is neither colour nor arrow.
+    The worst expression comes first, and of each the worst tile. Where nothing is known there is neither colour nor
+    arrow.
 
     Raises
     ------
     FaceZipError
         ``CANNOT_WRITE``.
     """
-    found = dict(sorted(found.items(), key=lambda pair: -pair[1].rms))
-    columns = min(len(found), 7 if len(found) > 8 else 4)
-    rows = -(-len(found) // columns)
-    threshold = THRESHOLD * next(iter(found.values())).unit
-    limit = _limit(found, threshold)
+    worst = {name: _worst_tile(tiles) for name, tiles in found.items()}
+    worst = dict(sorted(worst.items(), key=lambda pair: -pair[1][1].rms))
+    columns = min(len(worst), 7 if len(worst) > 8 else 4)
+    rows = -(-len(worst) // columns)
+    threshold = THRESHOLD * next(iter(worst.values()))[1].unit
+    limit = _limit([alignment for _, alignment in worst.values()], threshold)
     figure = Figure(figsize=(columns * PANEL + 0.3, rows * (PANEL + 0.28) + 1.0), facecolor=PAPER, dpi=110)
     axes = figure.subplots(rows, columns, squeeze=False)
     for axis in axes.flat:
         axis.set_axis_off()
-    for axis, (name, alignment) in zip(axes.flat, found.items(), strict=False):
-        heat = _panel(axis, character, name, alignment, limit)
+    for axis, (name, (tile, alignment)) in zip(axes.flat, worst.items(), strict=False):
+        heat = _panel(axis, character, name, tile, alignment, limit)
     height = figure.get_figheight()
     figure.subplots_adjust(0.01, 0.8 / height, 0.99, 1 - 0.3 / height, 0.03, 0.13)
     bar = figure.colorbar(heat, cax=figure.add_axes((0.2, 0.5 / height, 0.6, 0.1 / height)), orientation="horizontal")
@@ -53,9 +56,13 @@ def write_contact_sheet(path: Path, character: Character, found: Mapping[str, Al
     write_whole(path, content.getvalue())
 
 
-def _panel(axis: Axes, character: Character, name: str, alignment: Alignment, limit: float) -> Any:
+def _worst_tile(tiles: Mapping[int, Alignment]) -> tuple[int, Alignment]:
+    return max(tiles.items(), key=lambda pair: pair[1].rms / pair[1].unit)
+
+
+def _panel(axis: Axes, character: Character, name: str, tile: int, alignment: Alignment, limit: float) -> Any:
     over: dict[str, Any] = {"extent": (0, GRID, GRID, 0), "interpolation": "bilinear", "vmin": 0}
-    axis.imshow(_backdrop(character, name), cmap="gray", vmax=1, **over)
+    axis.imshow(_backdrop(character, name, tile), cmap="gray", vmax=1, **over)
     # What is registered does not hide the skin.
     opacity = 0.85 * alignment.confidence * np.clip(alignment.length / (THRESHOLD * alignment.unit), 0, 1)
     heat = axis.imshow(alignment.length, cmap=COLOUR_MAP, vmax=limit, alpha=opacity, **over)
@@ -68,17 +75,18 @@ def _panel(axis: Axes, character: Character, name: str, alignment: Alignment, li
         angles="xy", scale_units="xy", scale=limit / (1.5 * ARROWS), width=0.006, color=INK,
     )  # fmt: skip
     colour = INK if alignment.registered else ALARM
-    axis.set_title(f"{name}  {alignment.rms:.2f}", color=colour, fontsize=9, pad=3)
+    where = f" on {tile}" if len(character.tiles) > 1 else ""
+    axis.set_title(f"{name}{where}  {alignment.rms:.2f}", color=colour, fontsize=9, pad=3)
     return heat
 
 
-def _backdrop(character: Character, name: str) -> NDArray[np.float32]:
-    step = max(max(character.resolution) // TEXELS, 1)
-    grey: NDArray[np.float32] = 0.8 * character.texture(name)[::step, ::step].mean(axis=2)
+def _backdrop(character: Character, name: str, tile: int) -> NDArray[np.float32]:
+    step = max(max(character.stacks[ALBEDO, tile].resolution) // TEXELS, 1)
+    grey: NDArray[np.float32] = 0.8 * character.texture(name, tile=tile)[::step, ::step].mean(axis=2)
     return grey
 
 
-def _limit(found: Mapping[str, Alignment], threshold: float) -> float:
+def _limit(found: Sequence[Alignment], threshold: float) -> float:
     """The end of the scale, in texels: a power of two that the worst just fits, twice the threshold at least."""
-    worst = max([2 * threshold, *(alignment.worst[0] for alignment in found.values())])
+    worst = max([2 * threshold, *(alignment.worst[0] for alignment in found)])
     return float(2 ** np.ceil(np.log2(worst)))

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from facezip import load_surface
-from facezip.commands.candidates import candidate, staged_character, staged_original
+from facezip.character.loading import load_character
+from render.candidates import candidate
 from render.metrics import display
 from render.paired import PairedRenderer
 from render.skins import uploaded
+from render.staging import staged_original, staged_topology
 from scenes.cameras import View, frame_of
 
 EXPRESSIONS = ("brows_up", "smile", "anger", "jaw_open", "squeeze")
@@ -28,9 +29,9 @@ FULL_SCALE = 8
 
 def portrait(character_folder: Path, pack: Path, light: str = "studio") -> NDArray[np.uint8]:
     """``(3·SIDE, …, 3)``: one column an expression; differences in inferno, lightest at 8 of 255."""
-    surface = load_surface(character_folder)
-    character, sides = staged_character(surface), (staged_original(surface), candidate(surface, pack).texture)
-    renderer = PairedRenderer(character.topology, frame_of(character.neutral_vertices), [light], "skin", SIDE)
+    character = load_character(character_folder)
+    sides = staged_original(character), candidate(character, pack).texture
+    renderer = PairedRenderer(staged_topology(character), frame_of(character.meshes.neutral), [light], "skin", SIDE)
     columns = []
     for name in EXPRESSIONS:
         renderer.pose(character.mesh_vertices(name))

@@ -7,7 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.scans import Character
+from facezip.character.maps import ALBEDO, KNOWN
+from facezip.character.meshes import Meshes
+from facezip.character.scans import Character, Stack
+from facezip.character.tiles import FIRST_TILE
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.machine.progress import track
 from scenes.face.capture import Nuisances, captured
@@ -85,18 +88,12 @@ def make_character(resolution: int = 512, expressions: int = 20, seed: int = 0, 
     scans = (albedo for albedo, _ in captures(person, named, nuisances))
     neutral = next(scans)
     textures = np.empty((len(named), *neutral.shape), np.uint8)
-    for n, albedo in enumerate(track(scans, "Making the character", len(named))):
-        textures[n] = albedo
-    return Character(
-        name="character",
-        topology=person.head.topology,
-        expressions=tuple(named),
-        neutral_vertices=person.head.vertices,
-        vertices=np.stack([person.vertices(weights) for weights in named.values()]),
-        neutral=neutral,
-        textures=textures,
-        mask=face_mask(person.head, resolution),
-    )
+    for n, texture in enumerate(track(scans, "Making the character", len(named))):
+        textures[n] = texture
+    vertices = np.stack([person.vertices(weights) for weights in named.values()])
+    meshes = Meshes(person.head.topology, person.head.vertices, vertices)
+    stack = Stack(neutral, textures, face_mask(person.head, resolution))
+    return Character("character", tuple(named), meshes, (KNOWN[ALBEDO],), {(ALBEDO, FIRST_TILE): stack})
 
 
 def captures(

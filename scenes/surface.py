@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.maps import ALBEDO, KNOWN, normals_of
-from facezip.character.scans import Character
-from facezip.character.surface import FIRST_TILE, Surface, shifted
+from facezip.character.maps import ALBEDO, KNOWN, Key, normals_of
+from facezip.character.scans import Character, Stack
+from facezip.character.tiles import FIRST_TILE
 from facezip.files.images import Texels
 from facezip.machine.progress import track
 from scenes.character import Person, captures, make_character
@@ -20,7 +20,7 @@ MAPS = ("normal", "roughness")
 
 def make_surface(
     resolution: int = 512, expressions: int = 20, seed: int = 0, nuisances: float = 1.0, tiles: tuple[int, int] = (1, 1)
-) -> Surface:
+) -> Character:
     """Scans of the embedded character with albedo, normals and roughness of 8 bits, misregistered alike.
 
     Parameters
@@ -41,40 +41,42 @@ def make_surface(
     stacks: dict[str, list[Texels]] = {name: [] for name in MAPS}
     scans = captures(person, named, nuisances)
     for weights, (_, rng) in zip(({}, *named.values()), track(scans, "Making the maps", 1 + len(named)), strict=True):
-        found = person.relief(weights)
-        encoded = np.concatenate([(normals_of(found.slopes) + 1) / 2, found.roughness], axis=2)
+        skin = person.relief(weights)
+        encoded = np.concatenate([(normals_of(skin.slopes) + 1) / 2, skin.roughness], axis=2)
         seen = np.rint(captured(encoded, steady, rng, registered=not weights) * 255)
         vectors = _unit(2 * seen[..., :3] / 255 - 1)
-        stacks["normal"].append(np.rint(KNOWN["normal"].fitted(vectors) * 65535).astype(np.uint16))
+        stacks["normal"].append(np.rint(KNOWN["normal"].encode(vectors) * 65535).astype(np.uint16))
         stacks["roughness"].append(seen[..., 3:].astype(np.uint8))
-    parts = {(ALBEDO, FIRST_TILE): albedo}
+    found = dict(albedo.stacks)
     for name, stack in stacks.items():
         textures: Any = np.stack(stack[1:])
-        parts[name, FIRST_TILE] = replace(albedo, neutral=stack[0], textures=textures)
+        found[name, FIRST_TILE] = Stack(stack[0], textures, albedo.first.mask)
     kinds = tuple(KNOWN[name] for name in (ALBEDO, *MAPS))
-    return in_tiles(Surface(albedo.topology, kinds, parts), *tiles)
+    return in_tiles(replace(albedo, maps=kinds, stacks=found), *tiles)
 
 
-def in_tiles(surface: Surface, columns: int, rows: int) -> Surface:
-    """A surface of one tile, its chart cut into a grid of UDIM tiles, each with its part of the texels."""
+def in_tiles(character: Character, columns: int, rows: int) -> Character:
+    """A character of one tile, its chart cut into a grid of UDIM tiles, each with its part of the texels."""
     if (columns, rows) == (1, 1):
-        return surface
-    topology = replace(surface.topology, uv=surface.topology.uv * np.array([columns, rows], np.float32))
-    parts = {}
+        return character
+    layout = character.meshes.topology
+    topology = replace(layout, uv=layout.uv * np.array([columns, rows], np.float32))
+    stacks: dict[Key, Stack] = {}
     for row in range(rows):
         for column in range(columns):
             tile = FIRST_TILE + column + 10 * row
-            for (name, _), part in surface.parts.items():
-                parts[name, tile] = _cut(replace(part, topology=shifted(topology, tile)), column, row, columns, rows)
-    return Surface(topology, surface.maps, parts)
+            stacks |= {
+                (name, tile): _cut(stack, column, row, columns, rows) for (name, _), stack in character.stacks.items()
+            }
+    return replace(character, meshes=replace(character.meshes, topology=topology), stacks=stacks)
 
 
-def _cut(part: Character, column: int, row: int, columns: int, rows: int) -> Character:
-    height, width = part.resolution[0] // rows, part.resolution[1] // columns
+def _cut(stack: Stack, column: int, row: int, columns: int, rows: int) -> Stack:
+    height, width = stack.resolution[0] // rows, stack.resolution[1] // columns
     # Row 0 of a texture is its top, tiles count from below.
     down, across = slice((rows - 1 - row) * height, (rows - row) * height), slice(column * width, (column + 1) * width)
-    mask = None if part.mask is None else part.mask[down, across]
-    return replace(part, neutral=part.neutral[down, across], textures=part.textures[:, down, across], mask=mask)
+    mask = None if stack.mask is None else stack.mask[down, across]
+    return Stack(stack.neutral[down, across], stack.textures[:, down, across], mask)
 
 
 def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float32]:

@@ -8,12 +8,12 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from facezip.character.scans import save_character
+from facezip.character.loading import save_character
 from facezip.cli import facezip
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import to_float
 from facezip.fit.methods import compress
-from facezip.pack.version_1 import write_pack
+from facezip.pack.write import write_pack
 from facezip.rigging.originals import originals_of
 from facezip.rigging.sequences import ARKIT, EMBEDDED, Pose, frames_of, poses_for
 from scenes.face.expressions import EXPRESSIONS
@@ -72,7 +72,7 @@ def test_an_original_of_one_expression_is_its_scan(scans, model, tmp_path):
     name = scans.expressions[1]
     assert np.allclose(originals.texture({name: 1.0}), scans.texture(name), atol=1e-6)
     assert np.allclose(originals.vertices({name: 1.0}), scans.mesh_vertices(name), atol=1e-5)
-    assert np.array_equal(originals.texture({}), to_float(scans.neutral))
+    assert np.array_equal(originals.texture({}), to_float(scans.first.neutral))
 
 
 def test_a_pack_of_other_scans_is_refused(scans, model, tmp_path):

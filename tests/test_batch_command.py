@@ -6,9 +6,10 @@ import shutil
 
 import pytest
 
-from facezip import save_character, verify_pack
+from facezip.character.loading import save_character
 from facezip.errors import ExitCode
 from facezip.files.images import read_texture, write_texture
+from facezip.pack.verification import verify_pack
 from tests.facezip.conftest import random_character
 from tests.test_cli import run
 from tests.test_resume import numbers

@@ -7,7 +7,7 @@ from statistics import median_low
 import numpy as np
 import pytest
 
-from facezip import load_character, save_character
+from facezip.character.loading import load_character, save_character
 from facezip.errors import ExitCode
 from facezip.files.images import write_texture
 from tests.facezip.conftest import random_character

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from facezip import save_character
+from facezip.character.loading import save_character
 from facezip.errors import ExitCode
 from render.bench import render_alone, renderer_of
 from render.convergence import bench_metrics
@@ -39,11 +39,11 @@ def test_ratios_are_those_of_one_run(scans):
 def test_both_ways_show_the_same_picture(character_on_a_ball):
     character = character_on_a_ball
     settings = Settings(views=VIEWS[:1], lights=("studio",), resolution=32, spp=256)
-    naive = render_alone(character, character.vertices[0], character.texture("smile"), VIEWS[0], "studio", settings)[
-        ..., :3
-    ]
+    naive = render_alone(
+        character, character.meshes.vertices[0], character.texture("smile"), VIEWS[0], "studio", settings
+    )[..., :3]
     renderer = renderer_of(character, settings)
-    renderer.pose(character.vertices[0])
+    renderer.pose(character.meshes.vertices[0])
     paired = renderer.render([upload(character.texture("smile"))], VIEWS[0], "studio", 256, 0)
     inside = paired.coverage == 1
     assert np.abs(naive[inside] - paired.linear[0][inside]).mean() < 0.06 * naive[inside].mean()
@@ -56,7 +56,7 @@ def test_the_same_samples_do_not_deviate_from_themselves(character_on_a_ball):
     textures = [character.texture("smile"), np.clip(character.texture("smile") + np.float32(0.05), 0, 1)]
     from render.bench import Pose
 
-    found = bench_metrics(character, [Pose(character.vertices[0], textures)], settings, 128)["deviation"]
+    found = bench_metrics(character, [Pose(character.meshes.vertices[0], textures)], settings, 128)["deviation"]
     assert {*found} == {*METRICS, "image_rmse_debiased", "delta_e_p95_plain"}
     assert all(abs(metric["largest"]) < 0.05 for metric in found.values())
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from facezip import load_character, save_character
+from facezip.character.loading import load_character, save_character
 from facezip.errors import ExitCode
 from facezip.files.images import read_texture, write_texture
 from scenes.character import make_character

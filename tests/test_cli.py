@@ -7,10 +7,11 @@ import sys
 import numpy as np
 import pytest
 
-from facezip import read_pack, save_character
+from facezip.character.loading import save_character
 from facezip.cli import VERBS
 from facezip.errors import ExitCode
 from facezip.files.images import read_texture, write_texture
+from facezip.pack.read import read_pack
 from tests.facezip.conftest import random_character
 
 

@@ -7,21 +7,15 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from facezip import (
-    ErrorCode,
-    FaceZipError,
-    choose,
-    compress,
-    load_character,
-    read_pack,
-    save_character,
-    verify_pack,
-    write_pack,
-)
+from facezip import ErrorCode, FaceZipError, choose, compress
 from facezip.batch.processes import ProcessWorkers
 from facezip.batch.workers import crew
+from facezip.character.loading import load_character, save_character
 from facezip.files.images import read_texture, write_texture
 from facezip.files.obj import MAX_BYTES, read_obj, write_obj
+from facezip.pack.read import read_pack
+from facezip.pack.verification import verify_pack
+from facezip.pack.write import write_pack
 from render.llvm import VARIABLE, usable_library
 from tests.facezip.conftest import grid_topology, random_character, random_model
 from tests.trust.claims import sign

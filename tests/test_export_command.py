@@ -8,13 +8,14 @@ import sys
 import numpy as np
 import pytest
 
-from facezip import FaceZipError, read_pack, write_pack
+from facezip import FaceZipError
 from facezip.blocks.basis import find_package
 from facezip.cli import main
 from facezip.errors import ErrorCode, ExitCode
 from facezip.export import TARGETS
 from facezip.files.images import read_texture_exactly
-from facezip.pack.version_2 import write_surface
+from facezip.pack.read import read_pack
+from facezip.pack.write import write_pack
 from tests.facezip.export.conftest import layered_model, smooth_model
 
 # The page for browsers has tests of its own: tests/browser and tests/test_view_command.py.
@@ -52,7 +53,7 @@ def layered(tmp_path_factory):
     for part in model.parts.values():
         object.__setattr__(part, "expressions", NASTY)
     path = tmp_path_factory.mktemp("packs") / "me.facezip"
-    write_surface(model, path, name='../"><script>x</script>')
+    write_pack(model, path, name='../"><script>x</script>')
     return path
 
 

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from facezip import load_character, save_character
+from facezip.character.loading import load_character, save_character
 from facezip.errors import ExitCode
 from facezip.files.images import read_values, write_texture, write_values
 from scenes.character import make_character

@@ -12,12 +12,13 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from facezip import load_surface, read_surface, save_character, save_surface
+from facezip.character.loading import load_character, save_character
 from facezip.character.maps import angles
 from facezip.character.neutrals import packed_neutral
 from facezip.cli import main
 from facezip.errors import ExitCode
 from facezip.files.images import read_texture_exactly, write_texture
+from facezip.pack.read import read_pack
 from tests.facezip.conftest import random_character
 from tests.facezip.surfaces import random_surface
 
@@ -37,7 +38,7 @@ def run(*arguments):
 @pytest.fixture(scope="module")
 def scans(tmp_path_factory):
     folder = tmp_path_factory.mktemp("layered") / "sheet"
-    save_surface(random_surface(expressions=6, tiles=(2, 1)), folder)
+    save_character(random_surface(expressions=6, tiles=(2, 1)), folder)
     return folder
 
 
@@ -55,7 +56,7 @@ def test_compress_states_the_error_of_each_map_as_it_was_written(scans, pack):
     stated = {"method": "refined", "differences": 2, "weight_scale": 8, "map_weights": {"normal": 2}}
     assert document["made_with"] == stated
     assert document["rmse"] == document["errors"]["albedo"]["rmse"]
-    surface, model = load_surface(scans), read_surface(path)
+    surface, model = load_character(scans), read_pack(path)
     kind, seen = surface.maps[1], []
     for name in surface.whole.expressions:
         one = [
@@ -80,7 +81,7 @@ def test_info_and_verify_take_it(pack):
 
 def test_decompress_writes_every_map_and_tile(pack, tmp_path):
     done = run("decompress", pack[0], "-o", tmp_path / "mix", "--blend", "expr_0=0.5,expr_3=1", "--json")
-    model, written = read_surface(pack[0]), json.loads(done.stdout)["textures"]
+    model, written = read_pack(pack[0]), json.loads(done.stdout)["textures"]
     assert sorted(written) == sorted(file.name for file in (tmp_path / "mix").iterdir())
     assert len(written) == 6
     for kind in model.maps:
@@ -94,11 +95,11 @@ def test_decompress_writes_every_map_and_tile(pack, tmp_path):
 
 def test_what_is_decompressed_is_a_character_again(pack, scans, tmp_path):
     assert run("decompress", pack[0], "-o", tmp_path / "back").returncode == 0
-    for name in ("neutral", *read_surface(pack[0]).expressions):
+    for name in ("neutral", *read_pack(pack[0]).expressions):
         shutil.copy(scans / f"{name}.obj", tmp_path / "back")
     for file in scans.glob("neutral.*.png"):
         shutil.copy(file, tmp_path / "back")
-    assert load_surface(tmp_path / "back").tiles == (1001, 1002)
+    assert load_character(tmp_path / "back").tiles == (1001, 1002)
 
 
 def test_validate_renders_and_measures_all_maps(pack, scans, tmp_path):
@@ -131,14 +132,14 @@ def test_a_gate_ends_with_a_difference(scans, tmp_path, fail_on, code):
 
 def test_a_normal_map_changes_the_image(scans, pack, tmp_path):
     """Packs whose normals or whose roughness alone are wrong are seen to be wrong."""
-    surface = load_surface(scans)
+    surface = load_character(scans)
     small = ("--resolution", 48, "--spp", 4, "--views", 1, "--lights", 1, "--json")
     for name in ("normal", "roughness"):
         parts = dict(surface.parts)
         for tile in surface.tiles:
             part = parts[name, tile]
             parts[name, tile] = replace(part, textures=np.roll(part.textures, 9, axis=1))
-        save_surface(replace(surface, parts=parts), tmp_path / name)
+        save_character(replace(surface, parts=parts), tmp_path / name)
     done = run("validate", scans, tmp_path / "normal", tmp_path / "roughness", "-o", tmp_path / "report", *small)
     for other in json.loads(done.stdout)["packs"]:
         assert other["texture_rmse"] == 0

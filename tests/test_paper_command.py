@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from facezip import save_character
+from facezip.character.loading import save_character
 from facezip.errors import ExitCode
 from tests.facezip.conftest import random_character
 from tests.test_cli import run

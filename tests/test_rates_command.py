@@ -2,7 +2,7 @@
 
 import json
 
-from facezip import save_character
+from facezip.character.loading import save_character
 from facezip.errors import ExitCode
 from tests.facezip.conftest import random_character
 from tests.test_cli import run

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from facezip import save_character
+from facezip.character.loading import save_character
 from facezip.cli import VERBS
 from scenes.character import make_character
 

@@ -9,7 +9,8 @@ import time
 
 import pytest
 
-from facezip import FaceZipError, save_character
+from facezip import FaceZipError
+from facezip.character.loading import save_character
 from facezip.files.writing import resumable_folder
 from tests.facezip.conftest import random_character
 from tests.test_cli import run

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from facezip.character.scans import save_character
+from facezip.character.loading import save_character
 from facezip.cli import facezip
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.obj import read_obj, write_obj
-from facezip.pack.version_1 import read_pack
+from facezip.pack.read import read_pack
 from facezip.rigging.template import load_template
 from tests.facezip.rigging.case import SHAPES, make_case
 
@@ -25,9 +25,9 @@ def folders(case, tmp_path_factory):
     place = tmp_path_factory.mktemp("rig")
     save_character(case.scans, place / "scans")
     (place / "template").mkdir()
-    write_obj(place / "template/neutral.obj", case.template.neutral, case.scans.topology)
+    write_obj(place / "template/neutral.obj", case.template.neutral, case.scans.meshes.topology)
     for name, delta in zip(SHAPES, case.template.deltas, strict=True):
-        write_obj(place / f"template/{name}.obj", case.template.neutral + delta, case.scans.topology)
+        write_obj(place / f"template/{name}.obj", case.template.neutral + delta, case.scans.meshes.topology)
     return place
 
 
@@ -58,8 +58,8 @@ def test_pack_and_meshes_agree(answer, folders, case):
     model = read_pack(answer["pack"]["path"])
     assert model.expressions == SHAPES
     vertices, topology = read_obj(folders / "out/shapes/jaw.obj")
-    assert topology.same_as(case.scans.topology)
-    assert np.allclose(vertices - case.scans.neutral_vertices, model.meshes.deltas[SHAPES.index("jaw")], atol=1e-6)
+    assert topology.same_as(case.scans.meshes.topology)
+    assert np.allclose(vertices - case.scans.meshes.neutral, model.meshes.deltas[SHAPES.index("jaw")], atol=1e-6)
 
 
 def test_the_document_tells_what_every_scan_is_made_of(answer, case):
@@ -70,7 +70,7 @@ def test_the_document_tells_what_every_scan_is_made_of(answer, case):
 
 
 def test_a_template_of_another_topology_is_refused(case, tmp_path):
-    topology = case.scans.topology
+    topology = case.scans.meshes.topology
     other = type(topology)(topology.faces[1:], topology.uv, topology.face_uv[1:])
     for name in ("neutral", "jaw"):
         write_obj(tmp_path / f"{name}.obj", case.template.neutral, other)
@@ -82,7 +82,7 @@ def test_a_template_of_another_topology_is_refused(case, tmp_path):
 @pytest.mark.parametrize("present", [(), ("neutral",), ("jaw",)])
 def test_a_template_needs_a_neutral_and_shapes(case, tmp_path, present):
     for name in present:
-        write_obj(tmp_path / f"{name}.obj", case.template.neutral, case.scans.topology)
+        write_obj(tmp_path / f"{name}.obj", case.template.neutral, case.scans.meshes.topology)
     with pytest.raises(FaceZipError) as caught:
-        load_template(tmp_path, case.scans.topology)
+        load_template(tmp_path, case.scans.meshes.topology)
     assert caught.value.code is ErrorCode.MISSING_FILE

@@ -9,8 +9,9 @@ import sys
 
 import pytest
 
-from facezip import save_character, write_pack
+from facezip.character.loading import save_character
 from facezip.errors import ExitCode
+from facezip.pack.write import write_pack
 from facezip.viewer.build import BUNDLE
 from tests.facezip.conftest import random_character, random_model
 from tests.test_cli import run

@@ -12,8 +12,7 @@ from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.reading import reading
 from facezip.files.writing import write_whole
 from facezip.pack.manifest import FILE_NAME
-from facezip.pack.verification import is_pack, stored
-from facezip.pack.version_2 import verify_surface
+from facezip.pack.verification import is_pack, stored, verify_pack
 
 
 def digest_of(character: Path, settings: Mapping[str, Any]) -> str:
@@ -109,7 +108,7 @@ def _manifest_of(pack: Path) -> str | None:
 
 def _intact(pack: Path) -> bool:
     try:
-        verify_surface(pack)
+        verify_pack(pack)
     except FaceZipError:
         return False
     return True

@@ -7,7 +7,7 @@ away: neither light nor blood moves it. Wrinkles are structure that the neutral 
 of it, and as slopes are the neutral's alone, the rest is uncorrelated with them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
@@ -17,8 +17,8 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, uniform_filter
 
-from facezip.character.scans import Character
-from facezip.fit.paper.fragments import texel_scale
+from facezip.character.maps import ALBEDO
+from facezip.character.scans import Character, Stack
 from facezip.machine.cores import cores
 from facezip.machine.progress import track
 from facezip.machine.rows import by_rows
@@ -91,40 +91,62 @@ class Alignment:
         return self.rms <= THRESHOLD * self.unit
 
 
-def alignments(character: Character, names: Sequence[str] | None = None, quick: bool = False) -> dict[str, Alignment]:
-    """The alignment of every expression, or of those in ``names``; a ``quick`` one is half as exact."""
-    side, steps = (QUICK_SIDE, QUICK_STEPS) if quick else (SIDE, STEPS)
-    names = character.expressions if names is None else names
-    scale = texel_scale(character)
-    factor = -(-max(side, *character.resolution) // side)
-    weight = _reduced(np.ascontiguousarray(character.weight)[:, :, None], factor)
-    neutral = _pyramid(_reduced(np.ascontiguousarray(character.neutral), factor), scale)
-    fixed = [(still, *np.gradient(still)) for still in neutral]
-    weights = [_reduced(weight[:, :, None], step) for step in _steps(weight)]
-    face = gaussian_filter(_cells(weight), 0.5)
-    unit = max(512, *character.resolution) / 512
+# By expression and tile.
+Alignments = dict[str, dict[int, Alignment]]
 
-    def one(name: str) -> Alignment:
-        texture = np.ascontiguousarray(character.textures[character.index(name)])
-        moving = _pyramid(_reduced(texture, factor), scale)
-        displacement, certainty = _registered(fixed, moving, weights, steps)
-        confidence = certainty * np.clip(face, 0, 1)
-        known = float(np.sum(confidence > SURE)) / max(float(np.sum(face > SURE)), 1.0)
-        return Alignment(displacement * np.float32(factor), confidence.astype(np.float32), known, unit)
+
+def alignments(character: Character, names: Sequence[str] | None = None, quick: bool = False) -> Alignments:
+    """How the albedo of all expressions, or of ``names``, lies on every tile; a quick look is half as exact."""
+    names = character.expressions if names is None else names
+    tiles = {tile: _Neutral(stack, quick) for tile, stack in character.of_map(ALBEDO).items()}
+
+    def one(name: str) -> dict[int, Alignment]:
+        n = character.index(name)
+        return {tile: neutral.alignment(n) for tile, neutral in tiles.items()}
 
     with ThreadPoolExecutor(cores()) as pool:
         found = track(pool.map(one, names), "Checking alignment", len(names))
         return dict(zip(names, found, strict=True))
 
 
+def worst_of(tiles: Mapping[int, Alignment]) -> Alignment:
+    """The alignment on the tile that is off the most."""
+    return max(tiles.values(), key=lambda alignment: alignment.rms / alignment.unit)
+
+
+class _Neutral:
+    """What every expression of a stack is compared with."""
+
+    def __init__(self, stack: Stack, quick: bool) -> None:
+        side, self._steps = (QUICK_SIDE, QUICK_STEPS) if quick else (SIDE, STEPS)
+        self._stack, self._factor = stack, -(-max(side, *stack.resolution) // side)
+        weight = _reduced(np.ascontiguousarray(stack.weight)[:, :, None], self._factor)
+        neutral = _pyramid(_reduced(np.ascontiguousarray(stack.neutral), self._factor), stack.scale)
+        self._fixed = [(still, *np.gradient(still)) for still in neutral]
+        self._weights = [_reduced(weight[:, :, None], step) for step in _levels(weight)]
+        self._face = gaussian_filter(_cells(weight), 0.5)
+
+    def alignment(self, n: int) -> Alignment:
+        """How expression n lies; where the mask shows nothing of a tile, nothing is known."""
+        unit = max(512, *self._stack.resolution) / 512
+        if not self._face.any():
+            return Alignment(np.zeros((GRID, GRID, 2), np.float32), np.zeros((GRID, GRID), np.float32), 0.0, unit)
+        texture = np.ascontiguousarray(self._stack.textures[n])
+        moving = _pyramid(_reduced(texture, self._factor), self._stack.scale)
+        displacement, certainty = _registered(self._fixed, moving, self._weights, self._steps)
+        confidence = certainty * np.clip(self._face, 0, 1)
+        known = float(np.sum(confidence > SURE)) / max(float(np.sum(self._face > SURE)), 1.0)
+        return Alignment(displacement * np.float32(self._factor), confidence.astype(np.float32), known, unit)
+
+
 def _pyramid(luminance: NDArray[np.float32], scale: np.float32) -> list[NDArray[np.float32]]:
     """Log luminance without its local mean, at every level: a gain of the exposure changes nothing."""
-    levels = [_reduced(luminance[:, :, None], step) for step in _steps(luminance)]
+    levels = [_reduced(luminance[:, :, None], step) for step in _levels(luminance)]
     logs = [np.log(level * scale + np.float32(DARK)) for level in levels]
     return [log - uniform_filter(log, NEIGHBOURHOOD) for log in logs]
 
 
-def _steps(image: NDArray[np.float32]) -> list[int]:
+def _levels(image: NDArray[np.float32]) -> list[int]:
     """How much smaller the levels of a pyramid are, the smallest first."""
     return [step for step, _ in LEVELS if min(image.shape) >= SMALLEST * step]
 

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip import __version__
+from facezip.character.meshes import Meshes
 from facezip.files.glb import INDICES, VERTICES, GlbBuilder
 from facezip.files.obj import Topology
-from facezip.pack.model import Meshes
+from facezip.version import __version__
 
 # A normal that turns by less than this cannot be seen, and takes bytes.
 SMALLEST_TURN = 1e-3

@@ -11,9 +11,14 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from facezip.character.folder import SPARE, mask_of, words_for
 from facezip.character.gltf import CLAMPED, add_mesh, skin, start
 from facezip.character.gltf_mesh import ScannedMesh, read_mesh
-from facezip.character.scans import MASK, NEUTRAL, SPARE, Character, check_names, kind_of, mask_of, texture_path
+from facezip.character.layout import MASK, texture_path
+from facezip.character.maps import ALBEDO, KNOWN
+from facezip.character.meshes import Meshes
+from facezip.character.scans import NEUTRAL, Character, Stack, check_names
+from facezip.character.tiles import FIRST_TILE
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.glb import Glb, GlbFault
 from facezip.files.images import Texels, png, read_texture
@@ -22,7 +27,6 @@ from facezip.files.reading import check_expansion
 from facezip.files.writing import write_whole
 from facezip.machine import memory
 from facezip.machine.progress import track
-from facezip.pack.model import Meshes
 
 VARIANTS = "KHR_materials_variants"
 SUFFIXES = {"image/png": ".png", "image/jpeg": ".jpg"}
@@ -51,8 +55,7 @@ def load_glb(path: Path) -> Character:
         mesh = read_mesh(glb)
         # Textures may be looked for under these names beside the file.
         check_names(mesh.names, path)
-        textures = _Textures(path, glb, mesh)
-        return _character(path, mesh, textures)
+        return _character(path, mesh, _Textures(path, glb, mesh))
     except GlbFault as fault:
         raise FaceZipError(ErrorCode.UNREADABLE_MESH, f"{path}: {fault}") from None
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError, IndexError) as error:
@@ -66,17 +69,19 @@ def save_glb(character: Character, path: Path) -> None:
     Raises
     ------
     FaceZipError
-        ``CANNOT_WRITE``: the file exists already, or the disk refuses.
+        ``CANNOT_WRITE``: the file exists already, or the disk refuses; ``BAD_VALUE``: there is more than one albedo.
     """
+    if character.maps != (KNOWN[ALBEDO],) or character.tiles != (FIRST_TILE,):
+        reason = f"a GLB holds one albedo on one tile, and {character.name} has more; save it as a folder"
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"{path}: {reason}")
     if os.path.lexists(path):
         raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{path}: exists already; choose another name")
     glb = start(character.name)
-    deltas = character.vertices - character.neutral_vertices
-    meshes = Meshes(character.topology, character.neutral_vertices, deltas)
-    (primitive,) = add_mesh(glb, character.name, meshes, character.expressions, [character.topology])
-    images = {NEUTRAL: character.neutral, **dict(zip(character.expressions, character.textures, strict=True))}
-    if character.mask is not None:
-        images[MASK] = character.mask[:, :, None]
+    meshes, albedo = character.meshes, character.first
+    (primitive,) = add_mesh(glb, character.name, meshes, character.expressions, [meshes.topology])
+    images = {NEUTRAL: albedo.neutral, **dict(zip(character.expressions, albedo.textures, strict=True))}
+    if albedo.mask is not None:
+        images[MASK] = albedo.mask[:, :, None]
     for name in track(images, "Writing the character", len(images)):
         glb.image(name, png(images[name]), "image/png")
     names = [name for name in images if name != NEUTRAL]
@@ -154,16 +159,16 @@ class _Textures:
                 raise FaceZipError(error.code, f"{self._path}: image {index}{str(error)[len(str(file)) :]}") from None
 
 
-def _character(path: Path, mesh: ScannedMesh, textures: _Textures) -> Character:
-    neutral = textures.find(NEUTRAL)
+def _character(path: Path, mesh: ScannedMesh, images: _Textures) -> Character:
+    neutral = images.find(NEUTRAL)
     if neutral is None:
         raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: its mesh has no base colour texture; give it one")
     unfolded = (len(mesh.names) + 1) * neutral.nbytes
-    check_expansion(path, unfolded, textures.stored_bytes(mesh.names), SPARE)
+    check_expansion(path, unfolded, images.stored_bytes(mesh.names), SPARE)
     memory.check(unfolded // len(neutral), _held(path))
-    stack: Texels = memory.empty((len(mesh.names), *neutral.shape), neutral.dtype)
+    textures: Texels = memory.empty((len(mesh.names), *neutral.shape), neutral.dtype)
     for n, name in enumerate(track(mesh.names, "Reading the character", len(mesh.names))):
-        texture = textures.find(name, stack[n])
+        texture = images.find(name, textures[n])
         if texture is None:
             raise FaceZipError(
                 ErrorCode.BAD_CHARACTER,
@@ -173,14 +178,14 @@ def _character(path: Path, mesh: ScannedMesh, textures: _Textures) -> Character:
         if texture.shape != neutral.shape or texture.dtype != neutral.dtype:
             raise FaceZipError(
                 ErrorCode.SIZE_MISMATCH,
-                f"{path}: the texture of '{name}' is {kind_of(texture)}, the neutral is {kind_of(neutral)}; "
+                f"{path}: the texture of '{name}' is {words_for(texture)}, the neutral is {words_for(neutral)}; "
                 "export both alike",
             )
-    mask = textures.find(MASK)
-    region = None if mask is None else mask_of(mask, neutral, path)
-    return Character(
-        printable(path.stem), mesh.topology, mesh.names, mesh.neutral, mesh.vertices, neutral, stack, region
-    )
+    mask = images.find(MASK)
+    region = None if mask is None else mask_of(mask, neutral.shape[:2], path)
+    stacks = {(ALBEDO, FIRST_TILE): Stack(neutral, textures, region)}
+    meshes = Meshes(mesh.topology, mesh.neutral, mesh.vertices)
+    return Character(printable(path.stem), mesh.names, meshes, (KNOWN[ALBEDO],), stacks)
 
 
 def _held(path: Path) -> int:

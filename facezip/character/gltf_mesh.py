@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.character.scans import MAX_EXPRESSIONS
 from facezip.files.glb import Glb, GlbFault
 from facezip.files.obj import MAX_COORDINATE, Topology
 from facezip.files.reading import MOST_EXPANSION, SPARE
-from facezip.pack.ranges import MAX_EXPRESSIONS
 
 TRIANGLES = 4
 

@@ -8,14 +8,17 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from facezip.character.maps import ALBEDO, ENCODINGS, KNOWN, MapKind, is_map_name
-from facezip.character.scans import MASK, NEUTRAL
-from facezip.character.surface import FIRST_TILE
+from facezip.character.maps import ALBEDO, ENCODINGS, KNOWN, Map, is_map_name
+from facezip.character.scans import NEUTRAL
+from facezip.character.tiles import FIRST_TILE
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import TEXTURE_SUFFIXES
 from facezip.files.reading import reading
 
 SETTINGS = "character.toml"
+MASK = "mask"
+# What a folder of scans has not, and a pack has.
+MANIFEST = "manifest.json"
 MAX_SETTINGS = 2**20
 
 # What stands behind an expression's name in the name of its texture.
@@ -35,7 +38,7 @@ class MapFiles:
     green_down : whether normals have y down, as Direct3D does.
     """
 
-    kind: MapKind
+    kind: Map
     files: dict[tuple[str, int], Path] = field(default_factory=dict)
     keeps_floats: bool = False
     green_down: bool = False
@@ -69,16 +72,6 @@ class Layout:
         return tuple(sorted(tile for name, tile in self.maps[0].files if name == NEUTRAL))
 
 
-def is_layered(folder: Path) -> bool:
-    """Whether a folder has more than one albedo on one tile, or says in ``character.toml`` what it has."""
-    if not folder.is_dir():
-        return False
-    meshes = {path.stem for path in folder.glob("*.obj")}
-    return (folder / SETTINGS).is_file() or any(
-        found["map"] or found["tile"] for found in _found(folder, meshes) if found["name"] in {*meshes, MASK}
-    )
-
-
 def read_layout(folder: Path) -> Layout:
     """The files of a character folder.
 
@@ -88,6 +81,11 @@ def read_layout(folder: Path) -> Layout:
         ``MISSING_FILE`` for a mesh, or a map of an expression on a tile, that others have; ``BAD_CHARACTER`` for a
         ``character.toml`` that says something else than it may, two files for one texture, or no albedo.
     """
+    if not folder.is_dir():
+        raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no such folder; give the folder with neutral.obj in it")
+    if (folder / MANIFEST).is_file():
+        reason = "is a pack; give the folder of scans that it was made of"
+        raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{folder}: {reason}")
     with reading(folder):
         layout = _stated(folder) if (folder / SETTINGS).is_file() else _by_custom(folder)
     _check_complete(layout)
@@ -119,6 +117,14 @@ def _found(folder: Path, meshes: set[str]) -> Iterator[dict[str, Any]]:
                 yield {"path": path, "name": path.stem, "map": None, "tile": None}
             else:
                 yield {"path": path, **match.groupdict()}
+
+
+def texture_path(folder: Path, name: str) -> Path:
+    """The texture of a name in a folder, whatever its suffix; where there is none, what it would be called."""
+    found = [folder / f"{name}{suffix}" for suffix in TEXTURE_SUFFIXES if (folder / f"{name}{suffix}").exists()]
+    if len(found) > 1:
+        raise _second(found[1], found[0])
+    return found[0] if found else folder / f"{name}.png"
 
 
 def without_mesh(texture: Path, meshes: Collection[str]) -> FaceZipError:
@@ -170,7 +176,7 @@ def _stated(folder: Path) -> Layout:
 
 
 def _stated_map(folder: Path, name: str, entry: dict[str, Any]) -> MapFiles:
-    known = KNOWN.get(name, MapKind(name, "data"))
+    known = KNOWN.get(name, Map(name, "data"))
     fields = {"files": None, "encoding": known.encoding, "float": False, "green": "up"}
     if not is_map_name(name):
         raise ValueError(f"a map cannot be called '{name}'; use small letters, digits and _")
@@ -186,7 +192,7 @@ def _stated_map(folder: Path, name: str, entry: dict[str, Any]) -> MapFiles:
             f"maps.{name}: encoding is one of {', '.join(ENCODINGS)}; green is up or down; float is true or false"
         )
     low = -1.0 if fields["encoding"] == "normal" else 0.0
-    kind = MapKind(name, str(fields["encoding"]), low, 1.0)
+    kind = Map(name, str(fields["encoding"]), low, 1.0)
     files = _matching(folder, fields["files"])
     return MapFiles(kind, files, bool(fields["float"]), fields["green"] == "down")
 
@@ -215,10 +221,12 @@ def _matching(folder: Path, pattern: Any) -> dict[tuple[str, int], Path]:
 
 def _put(files: dict[Any, Path], key: Any, path: Path) -> None:
     if key in files:
-        raise FaceZipError(
-            ErrorCode.BAD_CHARACTER, f"{path}: a second texture beside {files[key].name}; keep one of them"
-        )
+        raise _second(path, files[key])
     files[key] = path
+
+
+def _second(path: Path, beside: Path) -> FaceZipError:
+    return FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: a second texture beside {beside.name}; keep one of them")
 
 
 def _albedo_first(folder: Path, maps: dict[str, MapFiles]) -> tuple[MapFiles, ...]:

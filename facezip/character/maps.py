@@ -1,8 +1,8 @@
-"""What a map holds, and as which number between 0 and 1 it is fitted, so that expressions add linearly.
+"""What a map holds, and as which texels between 0 and 1 it is stored and fitted, so that expressions add linearly.
 
-Colours are fitted as their encoded values and data as they are. Unit vectors do not add: normals are fitted as the
-slopes (x/z, y/z) of the surface that they stand on, which do as its heights do, and become unit vectors again at the
-end.
+Colours are stored as their encoded (sRGB) values and data as they are. Unit vectors do not add: normals are stored as
+the slopes (x/z, y/z) of the surface that they stand on, which do as its heights do, and become unit vectors again at
+the end.
 """
 
 import re
@@ -15,6 +15,8 @@ from facezip.files.images import Texels, to_float
 from facezip.machine.rows import by_rows
 
 ALBEDO = "albedo"
+# A map on a UDIM tile.
+Key = tuple[str, int]
 ENCODINGS = ("srgb", "data", "normal")
 # tan 84°. What stands steeper has no business in a tangent-space normal map.
 MAX_SLOPE = 10.0
@@ -24,8 +26,8 @@ _NAME = re.compile(r"[a-z][a-z0-9_]{0,31}")
 
 
 @dataclass(frozen=True)
-class MapKind:
-    """A map of the skin.
+class Map:
+    """A kind of map of the skin.
 
     Attributes
     ----------
@@ -46,52 +48,52 @@ class MapKind:
         return self.encoding == "normal"
 
     @property
-    def ordinary(self) -> bool:
-        """Whether values are what a texture of 0 to 1 stores."""
+    def is_plain(self) -> bool:
+        """Whether texels are the values themselves."""
         return not self.is_normal and (self.low, self.high) == (0, 1)
 
     @property
     def unit(self) -> float:
-        """How much of a value, or of a slope, the fitted numbers from 0 to 1 span."""
+        """How much of a value, or of a slope, texels from 0 to 1 span."""
         return 2 * MAX_SLOPE if self.is_normal else self.high - self.low
 
-    def values(self, fitted: Texels) -> NDArray[np.float32]:
-        """What fitted texels ``(H, W, C)`` stand for: values, or unit vectors ``(H, W, 3)``."""
-        if self.ordinary:
-            return to_float(fitted)
-        shape = (*fitted.shape[:-1], 3) if self.is_normal else fitted.shape
+    def decode(self, texels: Texels) -> NDArray[np.float32]:
+        """The values ``(H, W, C)`` that texels stand for, encoded (sRGB) of colours; unit vectors ``(H, W, 3)``."""
+        if self.is_plain:
+            return to_float(texels)
+        shape = (*texels.shape[:-1], 3) if self.is_normal else texels.shape
 
         def values(rows: slice) -> NDArray[np.float32]:
-            texels = to_float(fitted[rows])
+            stored = to_float(texels[rows])
             if self.is_normal:
-                return normals_of((texels - np.float32(0.5)) * np.float32(self.unit))
-            return np.float32(self.low) + np.float32(self.unit) * texels
+                return normals_of((stored - np.float32(0.5)) * np.float32(self.unit))
+            return np.float32(self.low) + np.float32(self.unit) * stored
 
         return by_rows(values, shape, np.float32)
 
-    def fitted(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Inverse of :meth:`values`, float32 in [0, 1]."""
+    def encode(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Inverse of :meth:`decode`: texels, float32 in [0, 1]."""
         shape = (*values.shape[:-1], 2) if self.is_normal else values.shape
 
-        def fitted(rows: slice) -> NDArray[np.float32]:
+        def texels(rows: slice) -> NDArray[np.float32]:
             some = values[rows]
             if self.is_normal:
                 slopes = some[..., :2] / np.maximum(some[..., 2:], np.float32(1e-3))
                 return np.clip(np.float32(0.5) + slopes / np.float32(self.unit), 0, 1).astype(np.float32)
             return ((some - np.float32(self.low)) / np.float32(self.unit)).astype(np.float32)
 
-        return by_rows(fitted, shape, np.float32)
+        return by_rows(texels, shape, np.float32)
 
 
 # Channels that a file may have beyond these are alpha, or repeat the first.
 KNOWN = {
     kind.name: kind
     for kind in (
-        MapKind(ALBEDO, "srgb"),
-        MapKind("normal", "normal", -1.0, 1.0),
-        MapKind("roughness", "data"),
-        MapKind("specular", "data"),
-        MapKind("cavity", "data"),
+        Map(ALBEDO, "srgb"),
+        Map("normal", "normal", -1.0, 1.0),
+        Map("roughness", "data"),
+        Map("specular", "data"),
+        Map("cavity", "data"),
     )
 }
 

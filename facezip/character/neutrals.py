@@ -5,24 +5,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.maps import MapKind
+from facezip.character.maps import Map
 from facezip.files.images import Texels, to_float
 from facezip.machine.rows import by_rows
 
 
-def packed_neutral(fitted: Texels, kind: MapKind, bits: int) -> Texels:
+def packed_neutral(texels: Texels, kind: Map, bits: int) -> Texels:
     """Integers ``(H, W, C)``: t of the map's range; of a normal (n + 1) / 2, in three channels."""
     dtype, most = (np.uint8, np.float32(255)) if bits == 8 else (np.uint16, np.float32(65535))
-    shape = (*fitted.shape[:-1], 3) if kind.is_normal else fitted.shape
+    shape = (*texels.shape[:-1], 3) if kind.is_normal else texels.shape
 
     def packed(rows: slice) -> Texels:
-        texels = 0.5 * kind.values(fitted[rows]) + 0.5 if kind.is_normal else to_float(fitted[rows])
-        return np.rint(np.clip(texels, 0, 1) * most).astype(dtype)
+        some = texels[rows]
+        values = 0.5 * kind.decode(some) + 0.5 if kind.is_normal else to_float(some)
+        return np.rint(np.clip(values, 0, 1) * most).astype(dtype)
 
     return by_rows(packed, shape, dtype)
 
 
-def unpacked_neutral(stored: Texels, kind: MapKind) -> Texels:
+def unpacked_neutral(stored: Texels, kind: Map) -> Texels:
     """Inverse of :func:`packed_neutral`; of a normal, z is rebuilt from x and y, as a GPU does from two channels."""
     if not kind.is_normal:
         return stored
@@ -30,21 +31,21 @@ def unpacked_neutral(stored: Texels, kind: MapKind) -> Texels:
     def unpacked(rows: slice) -> NDArray[np.float32]:
         across = 2 * to_float(stored[rows, :, :2]) - 1
         z = np.sqrt(np.maximum(1 - np.square(across).sum(axis=2, keepdims=True), 0))
-        return kind.fitted(np.concatenate([across, z], axis=2))
+        return kind.encode(np.concatenate([across, z], axis=2))
 
     return by_rows(unpacked, (*stored.shape[:2], 2), np.float32)
 
 
-def as_packed(fitted: Texels, kind: MapKind, bits: int) -> Texels:
-    """Fitted texels, of the same type, as a pack gives them back: what difference textures are best fitted to."""
+def as_packed(texels: Texels, kind: Map, bits: int) -> Texels:
+    """Texels, of the same type, as a pack gives them back: what difference textures are best fitted to."""
     if not kind.is_normal:
-        return fitted
-    back = unpacked_neutral(packed_neutral(fitted, kind, bits), kind)
-    if fitted.dtype.kind == "f":
+        return texels
+    back = unpacked_neutral(packed_neutral(texels, kind, bits), kind)
+    if texels.dtype.kind == "f":
         return back
     return by_rows(lambda rows: np.rint(back[rows] * np.float32(65535)).astype(np.uint16), back.shape, np.uint16)
 
 
 def neutral_bits(dtype: np.dtype[Any], is_normal: bool) -> int:
-    """Bits a channel that keep what a file held, by the type of the fitted texels."""
+    """Bits a channel that keep what a file held, by the type of its texels."""
     return 8 if dtype.itemsize == 1 or (is_normal and dtype.kind == "u") else 16

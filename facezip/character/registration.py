@@ -1,6 +1,5 @@
 """A small, smooth registration in UV: every expression's texture moved onto the neutral's, and by how much."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -8,10 +7,10 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from facezip.character.alignment import Alignment, bilinear
+from facezip.character.alignment import Alignment, Alignments, bilinear
+from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
 from facezip.files.images import Texels
-from facezip.fit.paper.fragments import texel_scale
 from facezip.machine.progress import track
 from facezip.machine.rows import map_rows
 
@@ -21,19 +20,30 @@ SMOOTHING = 1.0
 LEAST = 0.25
 
 
-def register(character: Character, found: Mapping[str, Alignment]) -> tuple[Character, tuple[str, ...]]:
-    """Move textures back by the displacements that were found; meshes and UVs stay.
+def register(character: Character, found: Alignments) -> tuple[Character, tuple[str, ...]]:
+    """Move the texels of all maps back by the displacements that were found on the albedo; meshes and UVs stay.
 
     Returns
     -------
-    The character, and the names of the expressions that were moved: those off by more than ``LEAST``.
+    The character, and the names of the expressions that were moved: those off by more than ``LEAST`` on some tile.
     """
-    moved = tuple(name for name, alignment in found.items() if alignment.rms > LEAST * alignment.unit)
-    textures, most = character.textures.copy(), float(np.rint(1 / texel_scale(character)))
+    moved = tuple(name for name, tiles in found.items() if any(map(_is_off, tiles.values())))
+    stacks = {key: replace(stack, textures=stack.textures.copy()) for key, stack in character.stacks.items()}
     for name in track(moved, "Registering", len(moved)):
         n = character.index(name)
-        textures[n] = _moved(np.ascontiguousarray(character.textures[n]), smoothed(found[name]), most)
-    return replace(character, textures=textures), moved
+        for (_, tile), stack in stacks.items():
+            alignment = found[name][tile]
+            if _is_off(alignment):
+                # Of an albedo's texels, as many of a finer map are as far.
+                size = character.stacks[ALBEDO, tile].resolution
+                finer = np.array([stack.resolution[1] / size[1], stack.resolution[0] / size[0]], np.float32)
+                displacement, most = smoothed(alignment) * finer, float(np.rint(1 / stack.scale))
+                stack.textures[n] = _moved(np.ascontiguousarray(stack.textures[n]), displacement, most)
+    return replace(character, stacks=stacks), moved
+
+
+def _is_off(alignment: Alignment) -> bool:
+    return alignment.rms > LEAST * alignment.unit
 
 
 def smoothed(alignment: Alignment) -> NDArray[np.float32]:

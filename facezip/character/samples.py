@@ -1,4 +1,4 @@
-"""What a fit sees of a character: texels as stored, and how much each one counts."""
+"""What a fit sees of a map on a tile: texels as stored, and how much each one counts."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.scans import Character
+from facezip.character.scans import Stack
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import Texels
-from facezip.fit.paper.fragments import texel_scale
 from facezip.machine.rows import by_rows, map_rows
 
 # What a fit gives to texels off the mask: ears and necks are seen too, and that little costs the face nothing.
@@ -34,7 +33,7 @@ class Samples:
     importance: NDArray[np.float32]
 
 
-def samples_of(character: Character, importance: NDArray[np.float32] | None = None, beside: float = 0) -> Samples:
+def samples_of(stack: Stack, importance: NDArray[np.float32] | None = None, beside: float = 0) -> Samples:
     """All texels, weighted by the mask (at least ``beside``) times ``importance`` ``(H, W)`` ≥ 0.
 
     Raises
@@ -42,7 +41,7 @@ def samples_of(character: Character, importance: NDArray[np.float32] | None = No
     FaceZipError
         ``SIZE_MISMATCH``: the importance has another size. ``BAD_TEXELS``: it is negative, not finite, or 0 everywhere.
     """
-    shape, mask = character.resolution, character.mask
+    shape, mask = stack.resolution, stack.mask
     if importance is not None:
         _check_importance(importance, mask, shape)
     one, least = np.ones((1, shape[1]), np.float32), np.float32(beside)
@@ -52,9 +51,9 @@ def samples_of(character: Character, importance: NDArray[np.float32] | None = No
         return weight if importance is None else weight * importance[rows]
 
     # Kernels read rows as they lie.
-    textures = np.require(character.textures, requirements="C")
-    neutral = np.require(character.neutral, requirements="C")
-    return Samples(textures, neutral, texel_scale(character), by_rows(weights, shape, np.float32))
+    textures = np.require(stack.textures, requirements="C")
+    neutral = np.require(stack.neutral, requirements="C")
+    return Samples(textures, neutral, stack.scale, by_rows(weights, shape, np.float32))
 
 
 def _check_importance(

@@ -1,30 +1,63 @@
-"""A character: one neutral and N expressions, meshes sharing one topology, textures sharing one UV layout."""
+"""A character: one neutral and N expressions, with every map on every UDIM tile."""
 
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.character.maps import ALBEDO, Key, Map
+from facezip.character.meshes import Meshes
+from facezip.character.neutrals import neutral_bits
+from facezip.character.tiles import shifted
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.decoding import stated_size
-from facezip.files.images import TEXTURE_SUFFIXES, Texels, read_texture, to_float, write_texture
-from facezip.files.names import MAX_CHARACTERS, first_unusable, printable
-from facezip.files.obj import Topology, read_obj, write_obj
-from facezip.files.reading import check_expansion, reading
-from facezip.files.writing import whole_folder
-from facezip.machine import memory
-from facezip.machine.cores import cores
-from facezip.machine.progress import track
+from facezip.files.images import Texels
+from facezip.files.names import MAX_CHARACTERS, first_unusable
+from facezip.files.obj import Topology
 from facezip.machine.rows import by_rows
-from facezip.pack.manifest import FILE_NAME as PACKED
 
 NEUTRAL = "neutral"
-MASK = "mask"
-# Fifty flat 2048 x 2048 textures are no attack; what unfolds to more has to be in proportion to its files.
-SPARE = 2**32
+MAX_EXPRESSIONS = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class Stack:
+    """One map on one tile, as texels (:class:`facezip.character.maps.Map` says what they stand for).
+
+    Attributes
+    ----------
+    neutral : ``(H, W, C)`` uint8, uint16, or float32 in [0, 1].
+    textures : ``(N, H, W, C)`` of the same type.
+    mask : ``(H, W)`` float32 in [0, 1], the face region and weight of errors; None for the whole texture.
+    """
+
+    neutral: Texels
+    textures: Texels
+    mask: NDArray[np.float32] | None = None
+
+    @property
+    def resolution(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return self.neutral.shape[0], self.neutral.shape[1]
+
+    @property
+    def channels(self) -> int:
+        """C, of a texel."""
+        return int(self.neutral.shape[2])
+
+    @property
+    def weight(self) -> NDArray[np.float32]:
+        """``(H, W)`` float32: the mask, or 1 everywhere."""
+        one = np.ones(1, np.float32)
+        return by_rows(lambda _: one, self.resolution, np.float32) if self.mask is None else self.mask
+
+    @property
+    def scale(self) -> np.float32:
+        """Factor from stored texels to values in [0, 1]."""
+        dtype = self.neutral.dtype
+        return np.float32(1 if dtype.kind == "f" else 1 / np.iinfo(str(dtype)).max)
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,61 +67,123 @@ class Character:
     Attributes
     ----------
     name : what reports call the character.
-    topology : faces and UV layout of every mesh.
     expressions : the N names, without the neutral.
-    neutral_vertices : ``(V, 3)`` float32.
-    vertices : ``(N, V, 3)`` float32, absolute positions.
-    neutral : ``(H, W, C)`` encoded values as stored: uint8, uint16, or float32 in [0, 1].
-    textures : ``(N, H, W, C)`` of the same type.
-    mask : ``(H, W)`` float32 in [0, 1], the face region and weight of errors; None for the whole texture.
+    meshes : the geometry, whose UV layout spans all tiles.
+    maps : the kinds of maps, albedo first.
+    stacks : the texels by map and tile.
     """
 
     name: str
-    topology: Topology
     expressions: tuple[str, ...]
-    neutral_vertices: NDArray[np.float32]
-    vertices: NDArray[np.float32]
-    neutral: Texels
-    textures: Texels
-    mask: NDArray[np.float32] | None = None
+    meshes: Meshes
+    maps: tuple[Map, ...]
+    stacks: Mapping[Key, Stack]
 
     @property
-    def resolution(self) -> tuple[int, int]:
-        """Rows and columns of every texture."""
-        return self.neutral.shape[0], self.neutral.shape[1]
+    def tiles(self) -> tuple[int, ...]:
+        """UDIM numbers, ascending."""
+        return tuple(sorted({tile for _, tile in self.stacks}))
 
     @property
-    def weight(self) -> NDArray[np.float32]:
-        """``(H, W)`` float32: the mask, or 1 everywhere."""
-        one = np.ones(1, np.float32)
-        return by_rows(lambda _: one, self.resolution, np.float32) if self.mask is None else self.mask
+    def first(self) -> Stack:
+        """The first map on the first tile: its size stands for the character's where one size is asked for."""
+        return self.stacks[self.maps[0].name, self.tiles[0]]
+
+    @property
+    def masked(self) -> bool:
+        """Whether a mask limits the face region."""
+        return any(stack.mask is not None for stack in self.stacks.values())
 
     @property
     def facts(self) -> dict[str, Any]:
-        """Name, expressions and sizes, as documents state them."""
+        """Name, expressions, maps, tiles and sizes, as documents state them."""
         return {
             "name": self.name,
             "expressions": list(self.expressions),
-            "resolution": list(self.resolution),
-            "channels": self.neutral.shape[2],
-            "vertices": len(self.neutral_vertices),
-            "triangles": len(self.topology.faces),
+            "resolution": list(self.first.resolution),
+            "channels": self.first.channels,
+            "vertices": len(self.meshes.neutral),
+            "triangles": len(self.meshes.topology.faces),
+            "maps": [{"name": kind.name, "encoding": kind.encoding} for kind in self.maps],
+            "tiles": list(self.tiles),
         }
 
-    def texture(self, expression: str) -> NDArray[np.float32]:
-        """``(H, W, C)`` float32 in [0, 1] of an expression or of ``"neutral"``."""
-        return to_float(self.neutral if expression == NEUTRAL else self.textures[self.index(expression)])
+    @property
+    def neutral_bits(self) -> dict[Key, int]:
+        """By map and tile, the bits a channel of a stored neutral that keep what its file held: 8 or 16."""
+        normal = {kind.name: kind.is_normal for kind in self.maps}
+        return {key: neutral_bits(stack.neutral.dtype, normal[key[0]]) for key, stack in self.stacks.items()}
+
+    def kind(self, name: str) -> Map:
+        """The map of a name; ``UNKNOWN_NAME`` where there is none."""
+        return map_named(name, self.maps, self.name)
+
+    def of_map(self, name: str) -> dict[int, Stack]:
+        """A map's texels by tile."""
+        return {tile: self.stacks[name, tile] for tile in self.tiles}
+
+    def only(self, *names: str) -> "Character":
+        """The same scans with some of their maps."""
+        kinds = tuple(kind for kind in self.maps if kind.name in names)
+        return replace(self, maps=kinds, stacks={key: stack for key, stack in self.stacks.items() if key[0] in names})
+
+    def chart(self, tile: int) -> Topology:
+        """The UV layout with a tile in the unit square."""
+        return shifted(self.meshes.topology, tile)
+
+    def texture(self, expression: str, map: str = ALBEDO, tile: int | None = None) -> NDArray[np.float32]:
+        """Values of an expression or of ``"neutral"``, float32; of the first tile where none is named.
+
+        Returns
+        -------
+        ``(H, W, C)`` in [0, 1], encoded, of a colour; values ``(H, W, 1)`` of data; unit vectors ``(H, W, 3)``.
+
+        Raises
+        ------
+        FaceZipError
+            ``UNKNOWN_NAME``: no such expression, map or tile.
+        """
+        return self.kind(map).decode(self.texels(expression, (map, self.tile(tile))))
+
+    def texels(self, expression: str, key: Key) -> Texels:
+        """``(H, W, C)`` as stored of an expression or of ``"neutral"``."""
+        stack = self.stacks[key]
+        return stack.neutral if expression == NEUTRAL else stack.textures[self.index(expression)]
+
+    def tile(self, tile: int | None) -> int:
+        """A tile that is there, the first for None; ``UNKNOWN_NAME`` for any other."""
+        return tile_among(tile, self.tiles, self.name)
 
     def mesh_vertices(self, expression: str) -> NDArray[np.float32]:
         """``(V, 3)`` float32 of an expression or of ``"neutral"``."""
-        return self.neutral_vertices if expression == NEUTRAL else self.vertices[self.index(expression)]
+        return self.meshes.neutral if expression == NEUTRAL else self.meshes.vertices[self.index(expression)]
 
     def index(self, expression: str) -> int:
         """Position of an expression on axis 0; ``UNKNOWN_NAME`` where there is none."""
         if expression not in self.expressions:
-            known = ", ".join(self.expressions)
-            raise FaceZipError(ErrorCode.UNKNOWN_NAME, f"no expression '{expression}'; this character has {known}")
+            raise unknown("expression", expression, self.expressions, self.name)
         return self.expressions.index(expression)
+
+
+def map_named(name: str, maps: Iterable[Map], whose: str) -> Map:
+    """The map of a name among some; ``UNKNOWN_NAME`` where there is none."""
+    by_name = {kind.name: kind for kind in maps}
+    if name not in by_name:
+        raise unknown("map", name, by_name, whose)
+    return by_name[name]
+
+
+def tile_among(tile: int | None, tiles: tuple[int, ...], whose: str) -> int:
+    """A tile among some, the first for None; ``UNKNOWN_NAME`` where there is none."""
+    if tile is not None and tile not in tiles:
+        raise unknown("tile", tile, tiles, whose)
+    return tiles[0] if tile is None else tile
+
+
+def unknown(what: str, name: object, known: Iterable[object], whose: str) -> FaceZipError:
+    """The error for a name that is none of those that there are."""
+    there = ", ".join(map(str, known))
+    return FaceZipError(ErrorCode.UNKNOWN_NAME, f"no {what} '{name}' in {whose or 'the pack'}; it has {there}")
 
 
 def check_names(expressions: tuple[str, ...], whose: str | Path) -> None:
@@ -99,199 +194,3 @@ def check_names(expressions: tuple[str, ...], whose: str | Path) -> None:
             ErrorCode.UNSAFE_NAME,
             f"{whose}: expression name '{unusable[:MAX_CHARACTERS]}' cannot be a file name; rename it",
         )
-
-
-def load_character(path: str | Path) -> Character:
-    """Read a character folder: ``neutral.obj`` with its texture, and the same pair per expression; or one ``.glb``.
-
-    Expressions come in the order of their names. Textures are PNG, TIFF, JPEG or OpenEXR, found by the mesh's name;
-    ``mask.png`` (any of these formats), where present, limits the face region. Of a character with more maps than that
-    albedo (:func:`facezip.load_surface`), they are left out.
-
-    Raises
-    ------
-    FaceZipError
-        One line that names the file: missing partners, fewer than two expressions, textures of another size or type,
-        meshes of another topology or UV layout, and everything that the readers of meshes and textures refuse.
-    """
-    path = Path(path)
-    with reading(path):
-        if path.suffix.lower() != ".glb":
-            from facezip.character.layout import is_layered
-
-            return _albedo_alone(path) if is_layered(path) else _load_folder(path)
-        from facezip.character.gltf_file import load_glb
-
-        return load_glb(path)
-
-
-def _albedo_alone(folder: Path) -> Character:
-    from facezip.character.folder import load_surface
-
-    surface = load_surface(folder, maps=("albedo",))
-    if len(surface.tiles) > 1:
-        raise FaceZipError(
-            ErrorCode.BAD_CHARACTER,
-            f"{folder}: {len(surface.tiles)} UDIM tiles; compress, decompress, info, verify and validate take them, "
-            "this takes one: give it a folder of one tile",
-        )
-    return surface.whole
-
-
-def _load_folder(folder: Path) -> Character:
-    names = _expression_names(folder)
-    check_names(names, folder)
-    _check_sizes(folder, names)
-    neutral_vertices, topology = read_obj(folder / f"{NEUTRAL}.obj")
-    neutral = read_texture(texture_path(folder, NEUTRAL))
-    vertices = np.empty((len(names), *neutral_vertices.shape), np.float32)
-    textures: Texels = memory.empty((len(names), *neutral.shape), neutral.dtype)
-
-    def read(n: int) -> None:
-        vertices[n] = vertices_like(folder / f"{names[n]}.obj", neutral_vertices, topology)
-        _read_like(folder, names[n], neutral, textures[n])
-
-    with ThreadPoolExecutor(cores()) as pool:
-        for _ in track(pool.map(read, range(len(names))), "Reading the character", len(names)):
-            pass
-    return Character(
-        printable(folder.resolve().name),
-        topology,
-        names,
-        neutral_vertices,
-        vertices,
-        neutral,
-        textures,
-        _mask(folder, neutral),
-    )
-
-
-def save_character(character: Character, folder: str | Path) -> None:
-    """Write ``NAME.obj`` and ``NAME.png`` (``.exr`` for float textures) for the neutral and every expression.
-
-    Where ``folder`` ends in ``.glb``, one such file is written instead.
-
-    Raises
-    ------
-    FaceZipError
-        ``UNSAFE_NAME``, or ``CANNOT_WRITE``: the folder holds something already, or the disk refuses; nothing is then
-        written.
-    """
-    folder = Path(folder)
-    check_names(character.expressions, character.name)
-    if folder.suffix.lower() == ".glb":
-        from facezip.character.gltf_file import save_glb
-
-        save_glb(character, folder)
-        return
-    suffix = ".exr" if character.neutral.dtype.kind == "f" else ".png"
-    names = (NEUTRAL, *character.expressions)
-    with whole_folder(folder, False, lambda _: False) as whole:
-        for name in track(names, "Writing the character", len(names)):
-            write_obj(whole / f"{name}.obj", character.mesh_vertices(name), character.topology)
-            stored = character.neutral if name == NEUTRAL else character.textures[character.index(name)]
-            write_texture(whole / f"{name}{suffix}", stored)
-        if character.mask is not None:
-            write_texture(whole / f"{MASK}.png", character.mask[:, :, None])
-
-
-def _expression_names(folder: Path) -> tuple[str, ...]:
-    if not folder.is_dir():
-        raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no such folder; give the folder with neutral.obj in it")
-    if (folder / PACKED).is_file():
-        raise FaceZipError(
-            ErrorCode.BAD_CHARACTER, f"{folder}: is a pack; give the folder of scans that it was made of"
-        )
-    meshes = sorted(path.stem for path in folder.glob("*.obj"))
-    if NEUTRAL not in meshes:
-        raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no neutral.obj; a character needs a neutral mesh")
-    names = tuple(name for name in meshes if name != NEUTRAL)
-    for path in sorted(folder.iterdir()):
-        known = path.stem in meshes or path.stem.startswith(MASK)
-        if path.suffix.lower() in TEXTURE_SUFFIXES and not known:
-            from facezip.character.layout import without_mesh
-
-            raise without_mesh(path, meshes)
-    if len(names) < 2:
-        raise FaceZipError(
-            ErrorCode.TOO_FEW_EXPRESSIONS,
-            f"{folder}: {len(names)} expression(s); at least two besides the neutral",
-        )
-    return names
-
-
-def _check_sizes(folder: Path, names: tuple[str, ...]) -> None:
-    """Refuse, by their headers and before any is decoded, textures that differ or unfold out of proportion."""
-    paths = [texture_path(folder, name) for name in (NEUTRAL, *names)]
-    sizes = [stated_size(path) for path in paths]
-    for path, (height, width, _) in zip(paths, sizes, strict=True):
-        if (height, width) != sizes[0][:2]:
-            raise FaceZipError(
-                ErrorCode.SIZE_MISMATCH,
-                f"{path}: {width}x{height}, the neutral is {sizes[0][1]}x{sizes[0][0]}; export both alike",
-            )
-    decoded = sum(size[2] for size in sizes)
-    check_expansion(folder, decoded, sum(path.stat().st_size for path in paths), SPARE)
-    memory.check(decoded // sizes[0][0])
-
-
-def texture_path(folder: Path, name: str) -> Path:
-    """The texture of a name in a folder, whatever its suffix; where there is none, what it would be called."""
-    found = [folder / f"{name}{suffix}" for suffix in TEXTURE_SUFFIXES if (folder / f"{name}{suffix}").exists()]
-    if len(found) > 1:
-        raise FaceZipError(
-            ErrorCode.BAD_CHARACTER, f"{found[1]}: a second texture beside {found[0].name}; keep one of them"
-        )
-    return found[0] if found else folder / f"{name}.png"
-
-
-def vertices_like(path: Path, neutral: NDArray[np.float32], topology: Topology) -> NDArray[np.float32]:
-    """The vertices ``(V, 3)`` of a mesh, if it has the neutral's topology and UV layout."""
-    vertices, other = read_obj(path)
-    if len(vertices) != len(neutral) or not np.array_equal(other.faces, topology.faces):
-        difference = f"{len(vertices)} vertices and {len(other.faces)} triangles"
-        raise FaceZipError(
-            ErrorCode.TOPOLOGY_MISMATCH,
-            f"{path}: {difference}, not the neutral's mesh ({len(neutral)} and {len(topology.faces)}, in its order); "
-            "fit the neutral's topology to the scan",
-        )
-    if not other.same_as(topology):
-        raise FaceZipError(
-            ErrorCode.TOPOLOGY_MISMATCH,
-            f"{path}: another UV layout than neutral.obj; transfer the neutral's UVs",
-        )
-    return vertices
-
-
-def _read_like(folder: Path, name: str, neutral: Texels, into: Texels) -> None:
-    path = texture_path(folder, name)
-    texture = read_texture(path, into)
-    if texture is not into:
-        raise FaceZipError(
-            ErrorCode.SIZE_MISMATCH,
-            f"{path}: {kind_of(texture)}, the neutral is {kind_of(neutral)}; export both alike",
-        )
-
-
-def kind_of(texture: Texels) -> str:
-    """Size, channels and type of a texture, in words."""
-    height, width, channels = texture.shape
-    return f"{width}x{height} with {channels} channel(s) of {texture.dtype}"
-
-
-def _mask(folder: Path, neutral: Texels) -> NDArray[np.float32] | None:
-    path = texture_path(folder, MASK)
-    return mask_of(read_texture(path), neutral, path) if path.exists() else None
-
-
-def mask_of(texels: Texels, neutral: Texels, path: Path) -> NDArray[np.float32]:
-    """The face region ``(H, W)`` that an image at ``path`` says: of the neutral's size, and not black everywhere."""
-    mask = to_float(texels[:, :, 0])
-    if mask.shape != neutral.shape[:2]:
-        raise FaceZipError(
-            ErrorCode.SIZE_MISMATCH,
-            f"{path}: {mask.shape[1]}x{mask.shape[0]}, the textures differ; resize the mask",
-        )
-    if texels[:, :, 0].max() == 0:
-        raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: the mask is black everywhere; paint the face region white")
-    return mask

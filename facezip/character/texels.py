@@ -78,7 +78,7 @@ def normal_rows(path: Path, how: MapFiles, signed: bool, seen: NDArray[np.bool_]
                 "tangent-space normal map, or leave such texels out of the mask",
             )
         vectors[steep] = (0, 0, 1)
-        fitted = how.kind.fitted(vectors)
+        fitted = how.kind.encode(vectors)
         yield top, height, np.rint(fitted * _NARROW).astype(np.uint16) if stored.dtype.itemsize == 1 else fitted
 
 

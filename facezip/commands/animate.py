@@ -5,10 +5,10 @@ from typing import Any
 
 import click
 
-from facezip.character.scans import load_character
+from facezip.character.loading import load_character
 from facezip.commands import options
 from facezip.files.writing import whole_folder
-from facezip.pack.version_1 import read_pack
+from facezip.pack.read import read_pack
 from facezip.rigging.originals import originals_of
 from facezip.rigging.sequences import frames_of, poses_for
 

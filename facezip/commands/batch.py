@@ -15,20 +15,12 @@ from facezip.batch import finished
 from facezip.batch.jobs import Job, find_jobs
 from facezip.batch.workers import crew
 from facezip.commands import options
-from facezip.commands.compress import (
-    FIT,
-    GOALS,
-    check_together,
-    compress_into,
-    fit_options,
-    given,
-    misregistered,
-    scratch_folder,
-)
-from facezip.commands.options import megabytes
+from facezip.commands.fit_options import DEFAULTS, check_together, fit_options, on_line, request_of
+from facezip.commands.words import megabytes
 from facezip.errors import ErrorCode, ExitCode, FaceZipError
 from facezip.files.writing import alone, write_whole
-from facezip.machine.memory import limited
+from facezip.fit.pipeline import compress_into, registration_warning
+from facezip.machine.memory import beside, limited
 
 FORMAT = "facezip-batch/1"
 FILE_NAME = "batch.json"
@@ -72,7 +64,7 @@ def command(
         outcomes = hands.outcomes(compress_unless_finished, tasks, "Compressing characters")
         entries = [_entry(job, output, outcomes[job.name]) for job in jobs]
         warnings = [
-            misregistered(one["character"], one["misregistered"]) for one in entries if one.get("misregistered")
+            registration_warning(one["character"], one["misregistered"]) for one in entries if one.get("misregistered")
         ]
         entries += _earlier(output, tasks)
         document = {"format": FORMAT, "output": str(output), "characters": entries, **_counts(entries)}
@@ -102,24 +94,24 @@ def compress_unless_finished(
     document = finished.find(pack, digest)
     if document is not None:
         return {"status": "kept", **document}
-    with finished.claimed(pack, character, digest, overwrite), limited(memory, scratch_folder(pack)):
-        document = compress_into(character, pack, settings, overwrite=True)
+    with finished.claimed(pack, character, digest, overwrite), limited(memory, beside(pack)):
+        document = compress_into(character, pack, request_of(settings), overwrite=True)
     finished.keep(pack, character, digest, document)
     return {"status": "made", **document}
 
 
 def _resolved(context: click.Context, job: Job, settings: Mapping[str, Any]) -> Job:
     """The job with a value for every setting: of the command line, else of its list, else the default."""
-    known = {option.name: option for option in context.command.params if option.name in (*FIT, *GOALS)}
+    known = {option.name: option for option in context.command.params if option.name in DEFAULTS}
     unknown = [name for name in job.settings if name not in known]
     if unknown:
         raise FaceZipError(
             ErrorCode.BAD_VALUE, f"{job.name}: '{unknown[0]}' is no setting; there are name, path, {', '.join(known)}"
         )
     listed = {name: known[name].type_cast_value(context, value) for name, value in job.settings.items()}
-    on_line = given(context) & {*known, "memory"}
-    whole = {**settings, **listed, **{name: settings[name] for name in on_line & {*known}}}
-    check_together(on_line | {*listed}, whole)
+    given = on_line(context) & {*known, "memory"}
+    whole = {**settings, **listed, **{name: settings[name] for name in given & {*known}}}
+    check_together(given | {*listed}, whole)
     return replace(job, settings=whole)
 
 

@@ -8,9 +8,10 @@ from typing import Any
 
 import click
 
-from facezip.character.alignment import THRESHOLD, Alignment, alignments
+from facezip.character.alignment import THRESHOLD, Alignment, Alignments, alignments, worst_of
+from facezip.character.loading import load_character, save_character
 from facezip.character.registration import register
-from facezip.character.scans import Character, load_character, save_character
+from facezip.character.scans import Character
 from facezip.commands import options
 from facezip.errors import ExitCode
 from facezip.files.writing import whole_folder
@@ -47,13 +48,19 @@ def command(character: Path, output: Path | None, corrected: Path | None, overwr
     return ExitCode.DIFFERENCE if document["misregistered"] and corrected is None else ExitCode.DONE
 
 
-def _numbers(found: Mapping[str, Alignment]) -> dict[str, Any]:
-    first = next(iter(found.values()))
+def _numbers(found: Alignments) -> dict[str, Any]:
+    """Of every expression the numbers of its worst tile, and with several tiles those of each."""
+    worst = {name: worst_of(tiles) for name, tiles in found.items()}
+    first = next(iter(worst.values()))
     return {
         "threshold": THRESHOLD * first.unit,
-        "expressions": {name: _number(alignment) for name, alignment in found.items()},
-        "misregistered": [name for name, alignment in found.items() if not alignment.registered],
+        "expressions": {name: _number(alignment) | _by_tile(found[name]) for name, alignment in worst.items()},
+        "misregistered": [name for name, alignment in worst.items() if not alignment.registered],
     }
+
+
+def _by_tile(tiles: Mapping[int, Alignment]) -> dict[str, Any]:
+    return {"tiles": {str(tile): _number(one) for tile, one in tiles.items()}} if len(tiles) > 1 else {}
 
 
 def _number(alignment: Alignment) -> dict[str, Any]:
@@ -66,17 +73,15 @@ def _number(alignment: Alignment) -> dict[str, Any]:
     }
 
 
-def _register(scans: Character, found: Mapping[str, Alignment], folder: Path) -> dict[str, Any]:
+def _register(scans: Character, found: Alignments, folder: Path) -> dict[str, Any]:
     moved_scans, moved = register(scans, found)
     save_character(moved_scans, folder)
     after = alignments(moved_scans, moved) if moved else {}
-    rms = {name: round(one.rms, 3) for name, one in after.items()}
+    rms = {name: round(worst_of(tiles).rms, 3) for name, tiles in after.items()}
     return {"output": str(folder), "moved": list(moved), "rms": rms}
 
 
-def _write(
-    output: Path, overwrite: bool, document: Mapping[str, Any], scans: Character, found: Mapping[str, Alignment]
-) -> None:
+def _write(output: Path, overwrite: bool, document: Mapping[str, Any], scans: Character, found: Alignments) -> None:
     from reports.alignment import write_contact_sheet
 
     with whole_folder(output, overwrite, lambda folder: (folder / FILE_NAME).is_file()) as folder:

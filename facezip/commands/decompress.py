@@ -5,14 +5,13 @@ from pathlib import Path
 import click
 
 from facezip.character.folder import file_name, write_map
-from facezip.character.maps import MapKind
+from facezip.character.maps import Map
 from facezip.commands import options
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.writing import whole_folder
 from facezip.machine.progress import track
-from facezip.pack.surface_manifest import neutral_bits_of, read_any_manifest
-from facezip.pack.surface_model import CompressedSurface
-from facezip.pack.version_2 import read_surface
+from facezip.pack.model import CompressedTextures
+from facezip.pack.read import read_pack
 
 BLEND_FILE = "blend"
 
@@ -32,7 +31,7 @@ def command(
     Of a pack with several maps or tiles, all of them: NAME.png, NAME.normal.png, NAME.1002.png … ; floats that were
     kept beyond 0..1 as OpenEXR.
     """
-    model, bits = read_surface(pack), neutral_bits_of(read_any_manifest(pack))
+    model = read_pack(pack)
     blends = _blends(model, names, blend)
     known = {stem for name in (*model.expressions, BLEND_FILE) for stem in _stems(model, name).values()}
     textures = []
@@ -43,19 +42,20 @@ def command(
     with whole_folder(output, overwrite, ours) as folder:
         for name in track(blends, "Decompressing", len(blends)):
             for (kind, tile), stem in _stems(model, name).items():
-                fitted = model.parts[kind.name, tile].blend(blends[name])
-                textures.append(write_map(folder / stem, fitted, kind, bits[kind.name, tile]).name)
+                key = kind.name, tile
+                texels = model.texels(blends[name], key)
+                textures.append(write_map(folder / stem, texels, kind, model.parts[key].bits).name)
     document = {"output": str(output), "textures": textures}
     options.answer(document, as_json, lambda: [f"{output}: {len(textures)} texture(s)"])
 
 
-def _stems(model: CompressedSurface, name: str) -> dict[tuple[MapKind, int], str]:
+def _stems(model: CompressedTextures, name: str) -> dict[tuple[Map, int], str]:
     """What each map on each tile is called, without its suffix."""
     tiles = model.tiles
     return {(kind, tile): file_name(name, kind, tile, tiles) for kind in model.maps for tile in tiles}
 
 
-def _blends(model: CompressedSurface, names: tuple[str, ...], blend: str | None) -> dict[str, dict[str, float]]:
+def _blends(model: CompressedTextures, names: tuple[str, ...], blend: str | None) -> dict[str, dict[str, float]]:
     if blend is not None:
         return {BLEND_FILE: parse_blend(blend)}
     return {name: {name: 1.0} for name in names or model.expressions}

@@ -6,14 +6,13 @@ from typing import Any
 
 import click
 
-from facezip.character.scans import Character, load_character, save_character
-from facezip.character.surface import Surface
+from facezip.character.loading import load_character, save_character
+from facezip.character.scans import Character
 from facezip.commands import options
-from facezip.commands.candidates import candidate
-from facezip.commands.compress import DEFAULTS, write_measured
 from facezip.files.writing import whole_folder
-from facezip.fit.methods import compress, made_with
-from facezip.pack.measure import mean_rmse, texture_errors
+from facezip.fit.methods import compress
+from facezip.fit.pipeline import Request, write_measured
+from facezip.pack.errors import albedo_errors, mean_rmse
 
 REPORT = "report"
 PACK = "character.facezip"
@@ -42,6 +41,7 @@ def command(
 
     DIR then holds character/ (a folder as your scans would be), the pack, and the report.
     """
+    from render.candidates import candidate
     from render.settings import Settings
     from render.validation import validate
     from reports.validation import write_validation_report
@@ -52,11 +52,11 @@ def command(
         save_character(make_character(resolution, expressions, seed), folder / "character")
         scans = load_character(folder / "character")
         pack = folder / PACK
-        compressed = write_measured(scans, compress(scans), pack, False, made_with(DEFAULTS["method"], DEFAULTS))
+        compressed = write_measured(scans, compress(scans), pack, False, Request().stated)
         (folder / REPORT).mkdir()
         document = validate(
             scans,
-            [candidate(Surface.of(scans), pack)],
+            [candidate(scans, pack)],
             folder / REPORT,
             Settings(resolution=image_resolution, spp=spp, seed=seed),
         )
@@ -85,7 +85,7 @@ def baselines(scans: Character, seed: int) -> list[dict[str, Any]]:
     rows = []
     for name, settings in rivals.items():
         model = compress(scans, **settings)
-        errors = texture_errors(scans, model.reconstruct)
+        errors = albedo_errors(scans, model)
         rows.append(
             {
                 "name": name,

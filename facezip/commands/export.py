@@ -8,9 +8,9 @@ from typing import Any
 
 import click
 
-from facezip.character.scans import load_character
+from facezip.character.loading import load_character
 from facezip.commands import options
-from facezip.commands.options import megabytes
+from facezip.commands.words import megabytes
 from facezip.export import TARGETS
 
 MIPS = {

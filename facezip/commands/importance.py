@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from facezip.character.scans import load_character
+from facezip.character.loading import load_character
 from facezip.commands import options
 from facezip.files.images import write_values
 from facezip.files.writing import whole_folder

@@ -6,9 +6,9 @@ from typing import Any
 import click
 
 from facezip.commands import options
-from facezip.commands.options import megabytes
-from facezip.pack.facts import memory_words, pack_facts
-from facezip.pack.surface_manifest import read_any_manifest
+from facezip.commands.words import megabytes, memory_words
+from facezip.pack.facts import pack_facts
+from facezip.pack.parsing import read_manifest
 
 
 @click.command("info")
@@ -19,30 +19,24 @@ def command(pack: Path, as_json: bool) -> None:
 
     Reads the manifest alone; 'facezip verify' checks every byte.
     """
-    facts = {"pack": str(pack), **pack_facts(pack, read_any_manifest(pack))}
+    facts = {"pack": str(pack), **pack_facts(pack, read_manifest(pack))}
     options.answer(facts, as_json, lambda: _lines(facts))
 
 
 def _lines(facts: dict[str, Any]) -> list[str]:
     height, width = facts["resolution"]
-    maps = f"at 1/{facts['weight_scale']}" if facts["weight_scale"] else "uniform"
+    scaled = f"at 1/{facts['weight_scale']}" if facts["weight_scale"] else "uniform"
+    maps = ", ".join(f"{kind['name']} ({kind['encoding']}, {kind['channels']})" for kind in facts["maps"])
     blocks, plain = memory_words(facts)
     return [
-        f"{facts['name']}  {width}x{height}, {facts['channels']} channels, method {facts['method']}",
-        *_several(facts),
-        f"  textures     1 neutral, {facts['differences']} differences, weight maps {maps}",
+        f"{facts['name']}  {width}x{height}, method {facts['method']}",
+        f"  maps         {maps}; each has a neutral and {facts['differences']} differences, weight maps {scaled}",
+        f"  tiles        {', '.join(str(tile['tile']) for tile in facts['tiles'])}",
         f"  expressions  {len(facts['expressions'])}: {', '.join(facts['expressions'])}",
         f"  on the GPU   {blocks}",
         f"               {plain}",
+        f"               {facts['bits_per_texel_channel']:.2f} bits per texel and channel",
+        f"  geometry     {facts['vertices']} vertices, {megabytes(facts['bytes_geometry'])}",
         f"  on disk      {megabytes(facts['bytes_on_disk'])}",
         *(f"  {key:<12} {value}" for key, value in facts["made_with"].items() if not isinstance(value, dict)),
     ]
-
-
-def _several(facts: dict[str, Any]) -> list[str]:
-    """Maps and tiles, where there is more than an albedo."""
-    if "maps" not in facts:
-        return []
-    maps = ", ".join(f"{kind['name']} ({kind['encoding']}, {kind['channels']})" for kind in facts["maps"])
-    tiles = [f"  tiles        {', '.join(str(tile['tile']) for tile in facts['tiles'])}"]
-    return [f"  maps         {maps}; each has neutral and differences, weight maps are shared", *tiles]

@@ -57,8 +57,3 @@ def worker_options(command: Callable[..., Any]) -> Callable[..., Any]:
 def answer(document: Mapping[str, Any], as_json: bool, lines: Callable[[], Sequence[str]]) -> None:
     """Print the document as JSON, or the lines that say the same to a person."""
     click.echo(json.dumps(document, indent=1, allow_nan=False) if as_json else "\n".join(map(printable, lines())))
-
-
-def megabytes(count: float) -> str:
-    """Bytes as a person reads them: ``4.77 MB``, powers of ten as in the paper."""
-    return f"{count / 1e6:.2f} MB"

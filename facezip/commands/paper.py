@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from facezip.character.scans import Character, load_character
+from facezip.character.loading import load_character
+from facezip.character.scans import Character
 from facezip.commands import options
 from facezip.files.writing import whole_folder
 
@@ -109,7 +110,7 @@ def _embedded_shapes(scans: Character, seed: int) -> dict[str, Any]:
     from scenes.character import Person
     from scenes.template import embedded_template
 
-    person = Person.make(scans.resolution[0], seed)
+    person = Person.make(scans.first.resolution[0], seed)
     return figure_8(scans, embedded_template(), seed, lambda shape: person.texture({shape: 1.0}))
 
 
@@ -117,7 +118,7 @@ def _scanned_shapes(scans: Character, template: Path, seed: int) -> dict[str, An
     from facezip.rigging.template import load_template
     from reports.paper.generated import figure_8
 
-    return figure_8(scans, load_template(template, scans.topology), seed, None)
+    return figure_8(scans, load_template(template, scans.meshes.topology), seed, None)
 
 
 def _call(

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from facezip.blocks.codecs import EFFORTS
-from facezip.character.scans import load_character
+from facezip.character.loading import load_character
 from facezip.commands import options
 from facezip.files.writing import whole_folder
 

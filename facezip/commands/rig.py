@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping
+from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
 from time import perf_counter
@@ -9,17 +10,19 @@ from typing import Any
 
 import click
 
-from facezip.character.scans import NEUTRAL, Character, load_character
+from facezip.character.loading import load_character
+from facezip.character.scans import NEUTRAL, Character
 from facezip.commands import options
-from facezip.commands.compress import DEFAULTS
-from facezip.commands.options import megabytes
+from facezip.commands.words import megabytes
 from facezip.files.obj import write_obj
 from facezip.files.writing import whole_folder
-from facezip.fit.methods import METHODS, compress, made_with
+from facezip.fit.methods import METHODS, compress
+from facezip.fit.settings import Settings, made_with
 from facezip.machine.progress import track
 from facezip.pack.facts import pack_facts
-from facezip.pack.manifest import read_manifest
-from facezip.pack.version_1 import is_pack, write_pack
+from facezip.pack.parsing import read_manifest
+from facezip.pack.verification import is_pack
+from facezip.pack.write import write_pack
 from facezip.rigging.fit import Rig, fit_rig
 from facezip.rigging.rigged import MAPS, rigged
 from facezip.rigging.template import Template, load_template
@@ -58,12 +61,12 @@ def command(
     """
     begin = perf_counter()
     scans = load_character(character)
-    wanted = load_template(template, scans.topology)
+    wanted = load_template(template, scans.meshes.topology)
     started = perf_counter()
     rig = fit_rig(
-        scans.neutral_vertices,
-        scans.vertices - scans.neutral_vertices,
-        scans.topology.faces,
+        scans.meshes.neutral,
+        scans.meshes.vertices - scans.meshes.neutral,
+        scans.meshes.topology.faces,
         wanted.neutral,
         wanted.deltas,
     )
@@ -73,9 +76,8 @@ def command(
     with whole_folder(output, overwrite, _is_rig) as folder:
         _write_shapes(folder / SHAPES, scans, wanted, rig)
         pack = folder / f"{scans.name}.facezip"
-        bits = 8 if scans.neutral.itemsize == 1 else 16
-        stated = made_with(method, DEFAULTS | {"seed": seed}) | {"maps": maps, "rig": template.name}
-        write_pack(made.model, pack, name=scans.name, neutral_bits=bits, made_with=stated)
+        stated = made_with(method, asdict(Settings(seed=seed))) | {"maps": maps, "rig": template.name}
+        write_pack(made.model, pack, name=scans.name, made_with=stated)
         seconds["total"] = perf_counter() - begin
         document = _describe(scans, wanted, rig) | {
             "pack": {"path": str(output / pack.name), **pack_facts(pack, read_manifest(pack))},
@@ -90,15 +92,15 @@ def command(
 
 def _write_shapes(folder: Path, scans: Character, wanted: Template, rig: Rig) -> None:
     folder.mkdir()
-    write_obj(folder / f"{NEUTRAL}.obj", scans.neutral_vertices, scans.topology)
+    write_obj(folder / f"{NEUTRAL}.obj", scans.meshes.neutral, scans.meshes.topology)
     for name, delta in track(zip(wanted.shapes, rig.deltas, strict=True), "Writing the shapes", len(wanted.shapes)):
-        write_obj(folder / f"{name}.obj", scans.neutral_vertices + delta, scans.topology)
+        write_obj(folder / f"{name}.obj", scans.meshes.neutral + delta, scans.meshes.topology)
 
 
 def _describe(scans: Character, wanted: Template, rig: Rig) -> dict[str, Any]:
     """The rig without its meshes, in plain data; lengths in the unit of the meshes."""
     examples = Examples.of(rig.weights)
-    moved = scans.vertices - scans.neutral_vertices
+    moved = scans.meshes.vertices - scans.meshes.neutral
     sizes = (moved**2).sum(axis=2).mean(axis=1) ** 0.5
     names = scans.expressions
     return {

@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from facezip.batch.workers import crew
-from facezip.character.folder import load_surface
-from facezip.character.surface import Surface
+from facezip.character.loading import load_character
+from facezip.character.scans import Character
 from facezip.commands import options
-from facezip.commands.candidates import candidate, staged_character, staged_original
-from facezip.commands.layered import error_words
+from facezip.commands.words import error_words
 from facezip.errors import ExitCode, FaceZipError
 from facezip.files.writing import resumable_folder
 
@@ -66,12 +65,13 @@ def command(
     that is there are kept where nothing that made them has changed. Without --workers and --scheduler, one process
     renders on all cores.
     """
+    from render.candidates import candidate
     from render.settings import read_settings
     from render.verdict import LEVELS
 
     settings = read_settings(config, {key: value for key, value in given.items() if value is not None})
-    surface = load_surface(character)
-    candidates = [candidate(surface, path) for path in packs]
+    scans = load_character(character)
+    candidates = [candidate(scans, path) for path in packs]
 
     def distribute(names: Sequence[str], folder: Path, earlier: Path | None) -> "list[Filled]":
         if workers is None and scheduler is None:
@@ -80,14 +80,14 @@ def command(
         share = Share(*paths, earlier.absolute() if earlier else None, settings, os.urandom(8).hex())
         return _filled(share, names, workers, scheduler)
 
-    document = _validate_into(surface, candidates, output, overwrite, settings, distribute)
+    document = _validate_into(scans, candidates, output, overwrite, settings, distribute)
     options.answer(document, as_json, lambda: _lines(document, output))
     worst = max(LEVELS.index(pack["level"]) for pack in document["packs"])
     return ExitCode.DIFFERENCE if fail_on and worst >= LEVELS.index(fail_on) else ExitCode.DONE
 
 
 def _validate_into(
-    surface: Surface,
+    scans: Character,
     candidates: "list[Candidate]",
     output: Path,
     overwrite: bool,
@@ -98,13 +98,11 @@ def _validate_into(
     from render.validation import validate
     from reports.validation import write_validation_report
 
-    scans, original = staged_character(surface), staged_original(surface)
     earlier = output if output.is_dir() else None
     with resumable_folder(output, overwrite, lambda folder: (folder / REPORT_FILE).is_file()) as folder:
         document = validate(
-            scans, candidates, folder, settings, earlier, original, lambda names: distribute(names, folder, earlier)
+            scans, candidates, folder, settings, earlier, lambda names: distribute(names, folder, earlier)
         )
-        document["character"] = surface.facts
         write_validation_report(document, folder)
     return document
 
@@ -133,12 +131,12 @@ def fill(share: Share, name: str) -> "Filled":
 
 @lru_cache(maxsize=1)
 def _filler(share: Share) -> "Filler":
+    from render.candidates import candidate
     from render.validation import Filler
 
-    surface = load_surface(share.character)
-    candidates = [candidate(surface, path) for path in share.packs]
-    scans, original = staged_character(surface), staged_original(surface)
-    return Filler(scans, candidates, share.folder, share.settings, share.earlier, original)
+    scans = load_character(share.character)
+    candidates = [candidate(scans, path) for path in share.packs]
+    return Filler(scans, candidates, share.folder, share.settings, share.earlier)
 
 
 def _filled(share: Share, names: Sequence[str], workers: int | None, scheduler: str | None) -> "list[Filled]":

@@ -5,8 +5,8 @@ from pathlib import Path
 import click
 
 from facezip.commands import options
-from facezip.pack.surface_manifest import read_any_manifest
-from facezip.pack.version_2 import read_surface
+from facezip.pack.read import read_stored
+from facezip.pack.verification import verify_pack
 
 
 @click.command("verify")
@@ -14,7 +14,7 @@ from facezip.pack.version_2 import read_surface
 @options.as_json
 def command(pack: Path, as_json: bool) -> None:
     """Check that PACK is complete, unchanged and readable; exit code 3 and one line where it is not."""
-    read_surface(pack)
-    manifest = read_any_manifest(pack)
+    manifest = verify_pack(pack)
+    read_stored(pack, manifest)
     document = {"pack": str(pack), "intact": True, "files": len(manifest.files) + 1}
     options.answer(document, as_json, lambda: [f"{pack}: intact, {document['files']} files"])

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from facezip.character.scans import load_character
+from facezip.character.loading import load_character
 from facezip.commands import options
 from facezip.viewer.scene import read_scene
 from facezip.viewer.server import ADDRESS, files_of, serve

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.maps import MapKind, angles
+from facezip.character.maps import Map, angles
 from facezip.export.levels import Level, as_model
 from facezip.export.mips import Pyramid
 from facezip.export.sheets import Sheet
@@ -26,7 +26,7 @@ Blend = Mapping[str, float]
 Errors = dict[str, float]
 
 
-def measure_of(kind: MapKind) -> str:
+def measure_of(kind: Map) -> str:
     """What the error of a map is called, as in :func:`facezip.pack.errors.surface_errors`."""
     return "angular_error" if kind.is_normal else "rmse"
 
@@ -102,7 +102,7 @@ def _errors(sheet: Sheet, seen: NDArray[np.float32], wanted: NDArray[np.float32]
     return {kind.name: _error(kind, seen[..., at], wanted[..., at], share) for kind, at in sheet.maps}
 
 
-def _error(kind: MapKind, seen: NDArray[np.float32], wanted: NDArray[np.float32], share: NDArray[np.float32]) -> float:
+def _error(kind: Map, seen: NDArray[np.float32], wanted: NDArray[np.float32], share: NDArray[np.float32]) -> float:
     whole = share.sum(dtype=np.float64)
     if kind.is_normal:
         degrees = angles(kind.values(seen), kind.values(wanted))

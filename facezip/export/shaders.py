@@ -7,7 +7,7 @@ from functools import cache
 
 import jinja2
 
-from facezip.character.maps import MAX_SLOPE, MapKind
+from facezip.character.maps import MAX_SLOPE, Map
 from facezip.export.sheets import Sheet
 from facezip.export.source import Tile
 from facezip.pack.footprint import SLOTS_PER_LAYER
@@ -173,7 +173,7 @@ def _sheet(sheet: Sheet, dialect: Dialect) -> dict[str, object]:
     }
 
 
-def _map(tile: Tile, kind: MapKind, dialect: Dialect) -> dict[str, object]:
+def _map(tile: Tile, kind: Map, dialect: Dialect) -> dict[str, object]:
     """What ``facezip_surface`` gives of a map, and from which sheet."""
     sheet, at = tile.sheet_of(kind.name)
     channels = at.stop - at.start

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from facezip.character.maps import ALBEDO, MapKind
+from facezip.character.maps import ALBEDO, Map
 from facezip.character.neutrals import packed_neutral, unpacked_neutral
 from facezip.files.images import Texels, to_float
 from facezip.pack.model import CompressedTextures
@@ -37,7 +37,7 @@ class Sheet:
     covered : ``(H, W)``, whether a texel's centre lies in the UV chart; everywhere where the pack has no mesh.
     """
 
-    maps: tuple[tuple[MapKind, slice], ...]
+    maps: tuple[tuple[Map, slice], ...]
     model: CompressedTextures
     difference_scale: NDArray[np.float32]
     neutral_bits: int

@@ -6,18 +6,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.maps import ALBEDO, KNOWN, MapKind
+from facezip.character.maps import ALBEDO, KNOWN, Map
+from facezip.character.meshes import Meshes
 from facezip.character.raster import covered
-from facezip.character.surface import FIRST_TILE, charts, shifted
+from facezip.character.tiles import FIRST_TILE, charts, shifted
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.export.sheets import CHANNELS, Sheet, in_sheets
 from facezip.files.obj import Topology
 from facezip.pack.manifest import Manifest
-from facezip.pack.model import Meshes
+from facezip.pack.model import CompressedTextures
 from facezip.pack.ranges import weight_files
 from facezip.pack.surface_manifest import AnyManifest, StoredTexture, StoredTile
-from facezip.pack.surface_model import CompressedSurface
-from facezip.pack.version_2 import read_verified_surface, verify_surface
+from facezip.pack.verification import verify_pack
+from facezip.pack.version_2 import read_verified_surface
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +41,7 @@ class Tile:
     layout: StoredTile
     uniform_weights: tuple[tuple[float, ...], ...]
     weight_files: tuple[Path, ...]
-    maps: tuple[MapKind, ...]
+    maps: tuple[Map, ...]
     sheets: tuple[Sheet, ...]
 
     @property
@@ -67,7 +68,7 @@ class Source:
 
     path: Path
     name: str
-    surface: CompressedSurface
+    surface: CompressedTextures
     tiles: tuple[Tile, ...]
 
     @property
@@ -98,7 +99,7 @@ def read_source(pack: Path) -> Source:
         What :func:`facezip.read_surface` raises; ``BAD_VALUE`` for textures that are neither grey nor colour, and for
         a surface without albedo.
     """
-    manifest = verify_surface(pack)
+    manifest = verify_pack(pack)
     surface = read_verified_surface(Path(pack), manifest)
     _check(pack, surface)
     layouts, tiles = _layouts(manifest), []
@@ -128,7 +129,7 @@ def _layouts(manifest: AnyManifest) -> tuple[StoredTile, ...]:
     return (StoredTile(FIRST_TILE, *weights, (texture,)),)
 
 
-def _alone(surface: CompressedSurface, layout: StoredTile) -> list[Sheet]:
+def _alone(surface: CompressedTextures, layout: StoredTile) -> list[Sheet]:
     """A sheet for each map of a tile."""
     topology = shifted(surface.meshes.topology, layout.number) if surface.meshes else None
     charts_of: dict[tuple[int, int], NDArray[np.bool_]] = {}
@@ -148,7 +149,7 @@ def _covered(topology: Topology | None, size: tuple[int, int]) -> NDArray[np.boo
     return chart if chart.any() else np.ones(size, np.bool_)
 
 
-def _check(pack: Path, surface: CompressedSurface) -> None:
+def _check(pack: Path, surface: CompressedTextures) -> None:
     for kind in surface.maps:
         channels = surface.parts[kind.name, surface.tiles[0]].neutral.shape[2]
         if channels > CHANNELS or (kind.encoding == "srgb" and channels == 2):

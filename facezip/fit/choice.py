@@ -1,20 +1,22 @@
 """How many difference textures, how fine the weights: the cheapest that meets a target, or the best within a budget."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import NDArray
+from math import radians, sqrt
 
 from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.fit.methods import WEIGHT_SCALES, compress
+from facezip.fit.importance import Importance
+from facezip.fit.methods import compress
+from facezip.fit.settings import WEIGHT_SCALES
 from facezip.machine.progress import task
-from facezip.pack.footprint import Footprint
-from facezip.pack.measure import mean_rmse, model_errors
+from facezip.pack.checks import MAX_DIFFERENCES
+from facezip.pack.errors import Errors, model_errors
+from facezip.pack.footprint import Footprint, Texture
 from facezip.pack.model import CompressedTextures
-from facezip.pack.quantise import dequantise, quantise
-from facezip.pack.ranges import MAX_DIFFERENCES
+from facezip.pack.quantise import quantise
 
+# Difference textures, and how many times smaller weight maps are.
 Settings = tuple[int, int]
 
 
@@ -26,7 +28,7 @@ class Trial:
     ----------
     differences, weight_scale : its settings.
     bytes_on_gpu : what they cost at run time.
-    rmse : 0..255, of the 8-bit pack, the mean over expressions inside the mask.
+    rmse : 0..255, of the 8-bit pack inside the mask, over all maps (:func:`whole_error`).
     """
 
     differences: int
@@ -58,7 +60,8 @@ def choose(
     *,
     target_rmse: float | None = None,
     budget_bytes: float | None = None,
-    importance: NDArray[np.float32] | None = None,
+    importance: Importance | None = None,
+    map_weights: Mapping[str, float] | None = None,
 ) -> Choice:
     """The refined fit that meets a target most cheaply, or that has the least error within a budget.
 
@@ -69,10 +72,10 @@ def choose(
     Parameters
     ----------
     character : what to compress.
-    target_rmse : largest error, 0..255, or None.
+    target_rmse : largest error over all maps, 0..255, or None.
     budget_bytes : most bytes on the GPU at 8 bits a channel, or None. One of the two must be given; with both, the
         cheapest that meets the target has to be within the budget.
-    importance : ``(H, W)`` ≥ 0, as in :func:`facezip.compress`.
+    importance, map_weights : as in :func:`facezip.compress`.
 
     Raises
     ------
@@ -84,7 +87,7 @@ def choose(
     if not limits or not all(limit > 0 for limit in limits):
         raise FaceZipError(ErrorCode.BAD_VALUE, "target and budget: give one of them, as a positive number")
     budget = float("inf") if budget_bytes is None else budget_bytes
-    search = _Search(character, importance)
+    search = _Search(character, importance, map_weights or {})
     settings = search.within(budget)
     if not settings:
         least = min(search.within(float("inf")), key=search.cost)
@@ -106,8 +109,8 @@ def choose(
 class _Search:
     """Fits of one character with (differences, weight scale)."""
 
-    def __init__(self, character: Character, importance: NDArray[np.float32] | None) -> None:
-        self._character, self._importance = character, importance
+    def __init__(self, character: Character, importance: Importance | None, map_weights: Mapping[str, float]) -> None:
+        self._character, self._importance, self._map_weights = character, importance, map_weights
         self.tried: list[Trial] = []
 
     def within(self, budget: float) -> list[Settings]:
@@ -119,9 +122,11 @@ class _Search:
     def cost(self, settings: Settings) -> int:
         """Bytes on the GPU."""
         differences, scale = settings
-        height, width, channels = self._character.neutral.shape
-        low = -(-height // scale), -(-width // scale)
-        return Footprint((height, width), channels, differences, len(self._character.expressions), low).bytes_on_gpu
+        stacks, tiles = self._character.stacks, self._character.tiles
+        names = [kind.name for kind in self._character.maps]
+        textures = tuple(tuple(Texture(*stacks[name, tile].neutral.shape) for name in names) for tile in tiles)
+        low = tuple((-(-tile[0].height // scale), -(-tile[0].width // scale)) for tile in textures)
+        return Footprint(textures, low, differences, len(self._character.expressions)).bytes_on_gpu
 
     def best_of(self, settings: list[Settings]) -> tuple[Trial, CompressedTextures]:
         """The least error. Only settings are tried that no other beats in both textures and weights."""
@@ -172,11 +177,30 @@ class _Search:
     def _fit(self, settings: Settings) -> tuple[Trial, CompressedTextures]:
         """Fit, and measure what a pack would hold."""
         differences, scale = settings
-        model = compress(self._character, differences=differences, weight_scale=scale, importance=self._importance)
-        read_back = dequantise(quantise(model), model.expressions, model.method, None)
-        rmse = mean_rmse(model_errors(self._character, read_back))
+        model = compress(
+            self._character,
+            differences=differences,
+            weight_scale=scale,
+            importance=self._importance,
+            map_weights=self._map_weights,
+        )
+        rmse = whole_error(model_errors(self._character, quantise(model)), self._map_weights)
         self.tried.append(Trial(differences, scale, self.cost(settings), rmse))
         return self.tried[-1], model
+
+
+def whole_error(errors: Errors, map_weights: Mapping[str, float]) -> float:
+    """One number for all maps, 0..255: the root of the weighted mean of their squared errors, that of an albedo alone.
+
+    Normals count as the 8-bit images (n + 1) / 2 that they would be: an angle of θ radians is θ · 255 / (2 √3).
+    """
+    squares = {name: _in_bytes(found) ** 2 for name, found in errors.items()}
+    weights = {name: map_weights.get(name, 1.0) for name in squares}
+    return sqrt(sum(weights[name] * square for name, square in squares.items()) / sum(weights.values()))
+
+
+def _in_bytes(found: Mapping[str, float]) -> float:
+    return found["rmse"] if "rmse" in found else radians(found["angular_error_rms"]) * 255 / (2 * sqrt(3))
 
 
 def _words(differences: int, weight_scale: int) -> str:

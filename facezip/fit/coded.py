@@ -10,16 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import dct
 
-from facezip.character.samples import BESIDE_THE_FACE, Samples, samples_of
+from facezip.character.maps import Key, Map
+from facezip.character.samples import BESIDE_THE_FACE, Samples
 from facezip.character.scans import Character
-from facezip.files.images import Texels
-from facezip.fit.refine import fit_weights
+from facezip.files.images import Texels, to_float
+from facezip.fit.importance import map_factors, weighted_samples
+from facezip.fit.refine import fit_weights, joint_system
 from facezip.fit.storage import Storage
-from facezip.fit.sweep import solve_texture, weight_system
+from facezip.fit.sweep import solve_texture
 from facezip.fit.weights import WeightSystem, solve_weights
 from facezip.machine.progress import track
-from facezip.pack.model import CompressedTextures
-from facezip.pack.quantise import ZERO, quantise
+from facezip.pack.model import CompressedTextures, Part
+from facezip.pack.quantise import quantise
 
 # Weights that are coded in blocks should be smoother than those that are stored as they are.
 SMOOTHNESS = 1e-2
@@ -29,48 +31,69 @@ ALTERNATIONS = 4
 def fit_coded(
     character: Character, differences: int, weight_scale: int, storage: Storage, alternations: int = ALTERNATIONS
 ) -> CompressedTextures:
-    """What a shader sees of the refined fit once it is stored; textures ``(H, W, C)``, C ≤ 3.
+    """What a shader sees of the refined fit once it is stored.
 
     Parameters
     ----------
-    character : the textures; its mask weights every texel's squared error.
+    character : the textures; their masks weight every texel's squared error, and each map counts as in
+        :func:`facezip.compress`.
     differences : R, at most the number of expressions is used.
     weight_scale : how many times smaller weight maps are.
     storage : the codecs to fit to.
     alternations : how often all maps are stored; a few are enough.
     """
-    samples = samples_of(character, beside=BESIDE_THE_FACE)
-    neutral = storage.neutral(character.texture("neutral"))
-    samples = replace(samples, neutral=_as_stored(neutral, samples))
-    slots = min(differences, len(character.expressions))
-    weights = _mixed(fit_weights([samples], slots, weight_scale, SMOOTHNESS))
+    slots, factors = min(differences, len(character.expressions)), map_factors(character, {})
+    parts: dict[Key, Part] = {}
+    weights: dict[int, NDArray[np.float32]] = {}
+    for tile in character.tiles:
+        tasks = {
+            kind: weighted_samples(character.stacks[kind.name, tile], factors[kind.name], beside=BESIDE_THE_FACE)
+            for kind in character.maps
+        }
+        maps, weights[tile] = _coded_tile(tasks, slots, weight_scale, storage, alternations)
+        parts |= {(kind.name, tile): part for kind, part in maps.items()}
+    return CompressedTextures("refined", character.expressions, character.maps, parts, weights, character.meshes)
+
+
+def _coded_tile(
+    samples: dict[Map, Samples], slots: int, weight_scale: int, storage: Storage, alternations: int
+) -> tuple[dict[Map, Part], NDArray[np.float32]]:
+    """The maps of one tile, and the weight maps ``(N, h, w, R)`` that they share."""
+    neutrals = {kind: storage.neutral(to_float(some.neutral), kind) for kind, some in samples.items()}
+    samples = {kind: replace(some, neutral=_as_stored(neutrals[kind], some)) for kind, some in samples.items()}
+    weights = _mixed(fit_weights([*samples.values()], slots, weight_scale, SMOOTHNESS))
     for slot in range(slots):
         weights[:, slot] = storage.weights(weights[:, slot])
-    textures = np.zeros((slots, *neutral.shape), np.float32)
+    textures = {kind: np.zeros((slots, *neutral.shape), np.float32) for kind, neutral in neutrals.items()}
     for _ in track(range(alternations), "Coding", alternations):
         for slot in reversed(range(slots)):
-            texture = solve_texture(samples, weights, textures, slot)
-            textures[slot] = storage.difference(texture, samples.importance)
-        system = weight_system(samples, weights, textures)
+            for kind, some in samples.items():
+                texture = solve_texture(some, weights, textures[kind], slot)
+                textures[kind][slot] = storage.difference(texture, some.importance)
+        system = joint_system([*samples.values()], weights, [*textures.values()])
         system.regularise(system.mean_diagonal, SMOOTHNESS)
         weights = _coded_weights(system, weights, storage)
     maps = np.ascontiguousarray(weights.transpose(2, 0, 3, 1))
-    return CompressedTextures(neutral, textures, maps, character.expressions, "refined")
+    return {kind: Part(neutral, textures[kind]) for kind, neutral in neutrals.items()}, maps
 
 
 def coded_afterwards(model: CompressedTextures, storage: Storage) -> CompressedTextures:
     """What a shader sees of a model that was fitted without regard to how its maps are stored."""
-    maps = quantise(model)
-    everywhere = np.ones(model.neutral.shape[:2], np.float32)
-    steps = maps.difference_scale / np.float32(255)
-    rounded = (maps.differences.astype(np.float32) - ZERO) * steps[:, None, None]
-    weights = model.weights.transpose(3, 1, 0, 2)
-    return replace(
-        model,
-        neutral=storage.neutral(model.neutral),
-        differences=np.stack([storage.difference(one, everywhere) for one in rounded]),
-        weights=np.stack([storage.weights(one) for one in weights]).transpose(2, 1, 3, 0),
-    )
+    rounded, kinds = quantise(model).dequantised(), {kind.name: kind for kind in model.maps}
+    parts = {key: _coded_part(part, kinds[key[0]], storage) for key, part in rounded.parts.items()}
+    weights = {tile: _coded_afterwards(maps, storage) for tile, maps in model.weights.items()}
+    return replace(model, parts=parts, weights=weights)
+
+
+def _coded_part(part: Part, kind: Map, storage: Storage) -> Part:
+    everywhere = np.ones(part.neutral.shape[:2], np.float32)
+    differences = np.stack([storage.difference(texture, everywhere) for texture in part.differences])
+    return replace(part, neutral=storage.neutral(part.neutral, kind), differences=differences)
+
+
+def _coded_afterwards(maps: NDArray[np.float32], storage: Storage) -> NDArray[np.float32]:
+    slots = [storage.weights(slot) for slot in maps.transpose(3, 1, 0, 2)]
+    return np.stack(slots).transpose(2, 1, 3, 0)
 
 
 def _mixed(weights: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -7,22 +7,10 @@ from numba import njit
 from numpy.typing import NDArray
 
 from facezip.character.samples import Samples
-from facezip.character.scans import Character
-from facezip.fit.paper.fragments import differences_of_row, texel_scale
+from facezip.character.scans import Stack
+from facezip.fit.paper.fragments import differences_of_row
 from facezip.machine import memory
 from facezip.machine.rows import map_rows, sum_rows
-from facezip.pack.model import CompressedTextures
-
-
-def combined(character: Character, weights: NDArray[np.float32]) -> CompressedTextures:
-    """The textures that orthonormal uniform weights ``(N, k)`` make of a character's differences."""
-    return CompressedTextures(
-        neutral=character.texture("neutral"),
-        differences=combine_differences(character, weights.T),
-        weights=np.ascontiguousarray(weights[:, None, None, :]),
-        expressions=character.expressions,
-        method="pca",
-    )
 
 
 def principal_weights(maps: Sequence[Samples], count: int) -> NDArray[np.float32]:
@@ -48,11 +36,11 @@ def difference_gram(samples: Samples) -> NDArray[np.float64]:
     return gram
 
 
-def combine_differences(character: Character, mixture: NDArray[np.float32]) -> NDArray[np.float32]:
+def combine_differences(stack: Stack, mixture: NDArray[np.float32]) -> NDArray[np.float32]:
     """Linear combinations of the differences: ``(R, H, W, C)`` from ``(R, N)`` coefficients."""
-    height, width = character.resolution
-    out: NDArray[np.float32] = memory.empty((len(mixture), height, width, character.neutral.shape[2]), np.float32)
-    stored = character.textures, character.neutral, texel_scale(character)
+    height, width = stack.resolution
+    out: NDArray[np.float32] = memory.empty((len(mixture), height, width, stack.neutral.shape[2]), np.float32)
+    stored = stack.textures, stack.neutral, stack.scale
     mixture = np.ascontiguousarray(mixture)
 
     def block(top: int, bottom: int) -> None:

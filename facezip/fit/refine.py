@@ -14,14 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.samples import Samples, thinned
-from facezip.character.scans import Character
 from facezip.fit.pca import principal_weights
 from facezip.fit.sweep import solve_textures, weight_system
 from facezip.fit.weights import SMOOTHNESS, WeightSystem, solve_weights
 from facezip.machine.progress import track
 from facezip.machine.rows import by_rows, map_rows
-from facezip.pack.model import CompressedTextures, bilinear_taps
-from facezip.pack.quantise import STEPS, best_ranges, rounded_weights
+from facezip.pack.model import bilinear_taps
+from facezip.pack.quantise import STEPS, best_ranges, quantise_weights
 
 # Many texels tell the weights in few alternations: that many texels are visited, in 4 to 16 alternations.
 TEXELS_VISITED = 2**24
@@ -34,23 +33,22 @@ MANY_TEXELS = 2**20
 def as_stored(weights: NDArray[np.float32]) -> NDArray[np.float32]:
     """Weight maps ``(h, R, N, w)`` as a pack gives them back, ``(N, h, w, R)``."""
     turned = weights.transpose(2, 0, 3, 1)
-    return rounded_weights(by_rows(lambda rows: turned[:, rows], turned.shape, np.float32, axis=1))
+    return quantise_weights(by_rows(lambda rows: turned[:, rows], turned.shape, np.float32, axis=1)).values
 
 
-def fitted(character: Character, samples: Samples, stored: NDArray[np.float32]) -> CompressedTextures:
-    """The difference textures, rounded to what a pack stores, that fit best to stored weight maps ``(N, h, w, R)``."""
+def best_differences(samples: Samples, stored: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """The difference textures, rounded to what a pack stores, that fit best to stored weight maps ``(N, h, w, R)``.
+
+    Returns
+    -------
+    differences : ``(R, H, W, C)``.
+    ranges : ``(R, C)``, the largest value that each may take.
+    """
     turned = stored.transpose(1, 3, 0, 2)
     weights = by_rows(lambda rows: turned[rows], turned.shape, np.float32)
     some = thinned(samples, 2) if samples.importance.size > MANY_TEXELS else samples
     ranges = best_ranges(solve_textures(some, weights), some.importance)
-    return CompressedTextures(
-        neutral=character.texture("neutral"),
-        differences=solve_textures(samples, weights, ranges / np.float32(STEPS)),
-        weights=stored,
-        expressions=character.expressions,
-        method="refined",
-        difference_range=ranges,
-    )
+    return solve_textures(samples, weights, ranges / np.float32(STEPS)), ranges
 
 
 def fit_weights(
@@ -60,7 +58,7 @@ def fit_weights(
     smoothness: float = SMOOTHNESS,
     components: NDArray[np.float32] | None = None,
 ) -> NDArray[np.float32]:
-    """Weight maps ``(h, R, N, w)`` of the refined fit, in floating point, shared by several maps of one surface.
+    """Weight maps ``(h, R, N, w)`` of the refined fit, in floating point, shared by several maps of one tile.
 
     Parameters
     ----------

@@ -6,49 +6,49 @@ from tempfile import TemporaryDirectory
 from time import perf_counter
 from typing import Any
 
-from facezip.character.surface import Surface
-from facezip.fit.joint import compress_surface
+from facezip.character.scans import Character
+from facezip.fit.methods import compress
 from facezip.machine.progress import track
-from facezip.pack.errors import surface_errors
-from facezip.pack.surface_model import CompressedSurface
-from facezip.pack.version_2 import read_surface, write_surface
+from facezip.pack.errors import pack_errors
+from facezip.pack.model import CompressedTextures
+from facezip.pack.write import write_pack
 
 SHARED, SEPARATE, FINER, MORE = "shared", "one fit per map", "shared, weights at 1/4", "shared, 5 differences"
 # Channels that one fetch gives, in the textures that are exported.
 PACKED = 3
 
 
-def compare_sharing(surface: Surface) -> list[dict[str, Any]]:
-    """Fits of a surface with shared and with separate weight maps, each written as a pack and read back.
+def compare_sharing(character: Character) -> list[dict[str, Any]]:
+    """Fits of a character with shared and with separate weight maps, each written as a pack and read back.
 
     Returns
     -------
     For each way: ``way``; ``bytes_on_gpu`` (8 bits a channel); ``fetches`` a pixel, a texture for each map;
     ``fetches_packed``, where the channels of maps lie side by side in textures of three; ``seconds`` of the fit; and
-    ``errors`` by map (:func:`facezip.pack.errors.surface_errors`).
+    ``errors`` by map (:func:`facezip.pack.errors.model_errors`).
     """
-    alone = [surface.only(kind.name) for kind in surface.maps]
-    ways: dict[str, tuple[list[Surface], dict[str, Any]]] = {
-        SHARED: ([surface], {}),
+    alone = [character.only(kind.name) for kind in character.maps]
+    ways: dict[str, tuple[list[Character], dict[str, Any]]] = {
+        SHARED: ([character], {}),
         SEPARATE: (alone, {}),
-        FINER: ([surface], {"weight_scale": 4}),
-        MORE: ([surface], {"differences": 5}),
-        "shared, PCA(4)": ([surface], {"method": "pca"}),
+        FINER: ([character], {"weight_scale": 4}),
+        MORE: ([character], {"differences": 5}),
+        "shared, PCA(4)": ([character], {"method": "pca"}),
         "one PCA(4) per map": (alone, {"method": "pca"}),
     }
     return [_row(way, *ways[way]) for way in track(ways, "Comparing", len(ways))]
 
 
-def _row(way: str, surfaces: Sequence[Surface], settings: dict[str, Any]) -> dict[str, Any]:
+def _row(way: str, characters: Sequence[Character], settings: dict[str, Any]) -> dict[str, Any]:
     begin = perf_counter()
-    models = [compress_surface(surface, **settings) for surface in surfaces]
+    models = [compress(character, **settings) for character in characters]
     seconds = perf_counter() - begin
     errors: dict[str, Any] = {}
-    for surface, model in zip(surfaces, models, strict=True):
+    for character, model in zip(characters, models, strict=True):
         with TemporaryDirectory(prefix="facezip-bench-") as place:
             pack = Path(place) / "bench.facezip"
-            write_surface(model, pack, neutral_bits=surface.neutral_bits)
-            errors |= surface_errors(surface, read_surface(pack))
+            write_pack(model, pack)
+            errors |= pack_errors(character, pack)
     costs = [model.footprint for model in models]
     return {
         "way": way,
@@ -61,8 +61,8 @@ def _row(way: str, surfaces: Sequence[Surface], settings: dict[str, Any]) -> dic
     }
 
 
-def _packed(models: Sequence[CompressedSurface]) -> int:
+def _packed(models: Sequence[CompressedTextures]) -> int:
     """Fetches where three channels of any maps share a texture; each set of weight maps is fetched as it is."""
-    tiles = [model.footprint.tiles[0] for model in models]
-    channels = sum(one.channels for tile in tiles for one in tile)
-    return -(-channels // PACKED) * (1 + tiles[0][0].differences) + sum(tile[0].layers for tile in tiles)
+    costs = [model.footprint for model in models]
+    channels = sum(texture.channels for cost in costs for texture in cost.tiles[0])
+    return -(-channels // PACKED) * (1 + costs[0].differences) + sum(cost.layers for cost in costs)

@@ -1,15 +1,18 @@
 """How the maps of a pack lie in GPU memory: what they cost there, and what a sampler sees of them."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facezip.blocks import bc4
 from facezip.blocks.codecs import Codec
-from facezip.pack.footprint import SLOTS_PER_LAYER
+from facezip.character.maps import Map
+from facezip.character.neutrals import packed_neutral, unpacked_neutral
+from facezip.files.images import to_float
 from facezip.pack.model import CompressedTextures
-from facezip.pack.quantise import STEPS, ZERO, rounded_weights
+from facezip.pack.quantise import STEPS, ZERO, quantise_weights
 
 
 @dataclass(frozen=True)
@@ -28,32 +31,37 @@ class Storage:
 
     def bytes_of(self, model: CompressedTextures) -> int:
         """Bytes of all maps; uniform weights are shader constants and take none."""
-        slots, height, width, _ = model.differences.shape
-        count, low_height, low_width, _ = model.weights.shape
-        textures = (1 + slots) * self.textures.bytes_of(height, width)
-        if (low_height, low_width) == (1, 1):
-            return textures
-        if self.weights_in_bc4:
-            return textures + count * slots * bc4.bytes_of(low_height, low_width)
-        layers = -(-slots // SLOTS_PER_LAYER)
-        return textures + count * low_height * low_width * SLOTS_PER_LAYER * layers
+        cost = model.footprint
+        textures = sum(
+            (1 + cost.differences) * self.textures.bytes_of(texture.height, texture.width)
+            for tile in cost.tiles
+            for texture in tile
+        )
+        if cost.layers == 0 or not self.weights_in_bc4:
+            return textures + cost.weight_bytes
+        count = cost.expressions * cost.differences
+        return textures + count * sum(bc4.bytes_of(height, width) for height, width in cost.weight_sizes)
 
-    def neutral(self, texture: NDArray[np.float32]) -> NDArray[np.float32]:
-        """What is left of a neutral ``(H, W, C)`` in [0, 1]."""
-        stored = self.textures.round_trip(np.rint(texture * 255).astype(np.uint8))
-        return stored.astype(np.float32) / np.float32(255)
+    def neutral(self, texels: NDArray[np.float32], kind: Map) -> NDArray[np.float32]:
+        """What is left of a neutral's texels ``(H, W, C)`` in [0, 1]."""
+        image: NDArray[Any] = packed_neutral(texels, kind, 8)
+        return to_float(unpacked_neutral(self.textures.round_trip(image), kind))
 
     def difference(self, texture: NDArray[np.float32], importance: NDArray[np.float32]) -> NDArray[np.float32]:
         """What is left of a difference texture ``(H, W, C)``; one range a channel, that of texels that count."""
         largest = np.abs(texture[importance > 0]).max(axis=0)
         step = np.maximum(largest, np.float32(1e-12)) / np.float32(STEPS)
-        stored = self.textures.round_trip((np.clip(np.rint(texture / step), -STEPS, STEPS) + ZERO).astype(np.uint8))
+        bytes_ = (np.clip(np.rint(texture / step), -STEPS, STEPS) + ZERO).astype(np.uint8)
+        channels = texture.shape[2]
+        # Images have one channel or three.
+        image = np.pad(bytes_, ((0, 0), (0, 0), (0, int(channels == 2))), constant_values=ZERO)
+        stored = self.textures.round_trip(image)[..., :channels]
         values: NDArray[np.float32] = (stored.astype(np.float32) - ZERO) * step
         return values
 
     def weights(self, maps: NDArray[np.float32]) -> NDArray[np.float32]:
         """What is left of one slot's weight maps ``(h, N, w)``; one range for all."""
         if not self.weights_in_bc4 or maps.shape[::2] == (1, 1):
-            return rounded_weights(maps.swapaxes(0, 1)[..., None])[..., 0].swapaxes(0, 1)
+            return quantise_weights(maps.swapaxes(0, 1)[..., None]).values[..., 0].swapaxes(0, 1)
         low, range_ = maps.min(), np.maximum(np.ptp(maps), np.float32(1e-12))
         return bc4.round_trip((maps.swapaxes(0, 1) - low) / range_).swapaxes(0, 1) * range_ + low

@@ -16,7 +16,10 @@ from time import perf_counter
 from typing import Any, TypeVar
 
 from facezip.character.alignment import alignments
-from facezip.character.scans import MASK, NEUTRAL, load_character
+from facezip.character.layout import MASK
+from facezip.character.loading import load_character
+from facezip.character.maps import ALBEDO
+from facezip.character.scans import NEUTRAL
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import TEXTURE_SUFFIXES, read_texture, read_texture_exactly, write_texture
 from facezip.fit.methods import compress
@@ -24,8 +27,8 @@ from facezip.machine.conditions import peak_memory
 from facezip.machine.cores import cores
 from facezip.machine.memory import limited
 from facezip.machine.progress import track
-from facezip.pack.measure import mean_rmse, pack_errors
-from facezip.pack.version_1 import write_pack
+from facezip.pack.errors import pack_errors
+from facezip.pack.write import write_pack
 
 Result = TypeVar("Result")
 Run = dict[str, float]
@@ -75,11 +78,10 @@ def _compressed(folder: Path, pack: Path) -> Run:
     character, load_s = _timed(lambda: load_character(folder))
     _, check_s = _timed(lambda: alignments(character, quick=True))
     model, fit_s = _timed(lambda: compress(character))
-    bits = 8 if character.neutral.itemsize == 1 else 16
-    _, write_s = _timed(lambda: write_pack(model, pack, neutral_bits=bits))
+    _, write_s = _timed(lambda: write_pack(model, pack))
     errors, measure_s = _timed(lambda: pack_errors(character, pack))
     seconds = {"load_s": load_s, "check_s": check_s, "fit_s": fit_s, "write_s": write_s, "measure_s": measure_s}
-    found = {"rmse": mean_rmse(errors), "bytes_on_gpu": model.footprint.bytes_on_gpu}
+    found = {"rmse": errors[ALBEDO]["rmse"], "bytes_on_gpu": model.footprint.bytes_on_gpu}
     return {**seconds, "total_s": sum(seconds.values()), **found}
 
 

@@ -107,6 +107,11 @@ def limited(memory: int | None, folder: Path | None = None) -> Iterator[None]:
         _limit = before
 
 
+def beside(output: Path) -> Path | None:
+    """Where arrays wait: on the disk of an output, or where ``TMPDIR`` says; often the system's folder is memory."""
+    return None if os.environ.get("TMPDIR") else next((p for p in output.absolute().parents if p.is_dir()), None)
+
+
 def check(row_bytes: int, whole: int = 0) -> None:
     """Raise ``BAD_VALUE``, naming the least that works, where a limit is too small for textures of such rows.
 

@@ -1,42 +1,30 @@
-"""How far a compressed surface is from its scans: RMSE of colours and data, degrees of normals."""
+"""How far textures are from the scans: RMSE of colours and data, degrees of normals, over all tiles of a map."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.maps import MapKind, angles
-from facezip.character.scans import Character
-from facezip.character.surface import Surface
-from facezip.files.images import to_float
+from facezip.character.maps import ALBEDO, Key, Map, angles
+from facezip.character.scans import Character, Stack
+from facezip.files.images import Texels, to_float
 from facezip.machine.progress import track
-from facezip.machine.rows import map_rows, sum_rows
-from facezip.pack.measure import mean_rmse, model_errors, texture_errors
-from facezip.pack.surface_model import CompressedSurface
+from facezip.machine.rows import sum_rows
+from facezip.pack.measure import Layers, model_squares, texels_seen, texture_square
+from facezip.pack.model import CompressedTextures, Part, blended_rows
+from facezip.pack.quantise import StoredTextures, dequantise_part
+from facezip.pack.read import read_stored
+from facezip.pack.verification import verify_pack
+
+# By map: what :func:`model_errors` says.
+Errors = dict[str, dict[str, Any]]
+Rows = Callable[[slice], NDArray[np.float32]]
 
 
-# The scans of a map on a tile, and what stands against them: errors by expression, and rows of fitted texels of one.
-@dataclass(frozen=True, eq=False)
-class _Pair:
-    part: Character
-    errors: Callable[[], dict[str, float]]
-    rows_of: Callable[[str], Callable[[slice], NDArray[np.float32]]]
-
-    @cached_property
-    def weight(self) -> NDArray[np.float32]:
-        return self.part.weight
-
-    @cached_property
-    def texels(self) -> float:
-        sums = map_rows(lambda top, bottom: float(self.weight[top:bottom].sum(dtype=np.float64)), len(self.weight))
-        return sum(sums)
-
-
-def surface_errors(surface: Surface, model: CompressedSurface) -> dict[str, dict[str, Any]]:
-    """For each map, the errors over all its tiles inside the mask.
+def model_errors(character: Character, model: CompressedTextures | StoredTextures) -> Errors:
+    """For each map of a character, the errors of ``model.reconstruct`` over all its tiles, inside the mask.
 
     Returns
     -------
@@ -44,72 +32,126 @@ def surface_errors(surface: Surface, model: CompressedSurface) -> dict[str, dict
     for normals ``angular_error`` and ``angular_error_per_expression``, the mean angle in degrees, and
     ``angular_error_rms``.
     """
-
-    def pair(part: Character, key: tuple[str, int]) -> _Pair:
-        fitted = model.parts[key]
-        return _Pair(part, lambda: model_errors(part, fitted), lambda name: fitted.rows_of({name: 1.0}))
-
-    return _errors(surface, pair)
+    return {kind.name: _of_map(character, kind, _ModelSide(character, model, kind)) for kind in character.maps}
 
 
-def texture_surface_errors(surface: Surface, other: Surface) -> dict[str, dict[str, Any]]:
-    """The same for maps that another tool made, of the same sizes and ranges."""
+def pack_errors(character: Character, path: str | Path) -> Errors:
+    """:func:`model_errors` of a pack, which is verified first; what can stay the bytes that they are stays so.
 
-    def pair(part: Character, key: tuple[str, int]) -> _Pair:
-        theirs = other.parts[key]
-
-        def rows_of(name: str) -> Callable[[slice], NDArray[np.float32]]:
-            texture = theirs.textures[theirs.index(name)]
-            return lambda rows: to_float(texture[rows])
-
-        return _Pair(part, lambda: texture_errors(part, theirs.texture), rows_of)
-
-    return _errors(surface, pair)
+    Raises
+    ------
+    FaceZipError
+        What :func:`facezip.read_pack` raises.
+    """
+    folder = Path(path)
+    return model_errors(character, read_stored(folder, verify_pack(folder)))
 
 
-def _errors(surface: Surface, pair: Callable[[Character, tuple[str, int]], _Pair]) -> dict[str, dict[str, Any]]:
-    found = {}
-    for kind in surface.maps:
-        pairs = [pair(surface.parts[kind.name, tile], (kind.name, tile)) for tile in surface.tiles]
-        seen = [one for one in pairs if one.texels > 0]
-        found[kind.name] = _angular(kind, seen) if kind.is_normal else _rmse(seen)
-    return found
+def texture_errors(character: Character, texels: Callable[[str, Key], Texels]) -> Errors:
+    """:func:`model_errors` of any textures: ``texels`` gives ``(H, W, C)`` of an expression's map on a tile."""
+    return {kind.name: _of_map(character, kind, _TextureSide(character, texels, kind)) for kind in character.maps}
 
 
-def _rmse(pairs: Sequence[_Pair]) -> dict[str, Any]:
-    texels = [pair.texels for pair in pairs]
-    errors = [pair.errors() for pair in pairs]
-    mean = {
-        name: float(np.sqrt(sum(n * one[name] ** 2 for n, one in zip(texels, errors, strict=True)) / sum(texels)))
-        for name in errors[0]
-    }
-    return {"rmse": mean_rmse(mean), "rmse_per_expression": mean}
+def albedo_errors(character: Character, model: CompressedTextures | StoredTextures) -> dict[str, float]:
+    """RMSE of every expression's albedo (0..255) over all tiles, inside the mask."""
+    return rmse_per_expression(model_errors(character.only(ALBEDO), model))
 
 
-def _angular(kind: MapKind, pairs: Sequence[_Pair]) -> dict[str, Any]:
-    names = pairs[0].part.expressions
-    total, texels = np.zeros((len(names), 2)), sum(pair.texels for pair in pairs)
-    for pair in pairs:
-        for n, name in enumerate(track(names, "Measuring normals", len(names))):
-            total[n] += _moments(kind, pair, name)
-    mean, square = total.T / texels
+def rmse_per_expression(errors: Errors) -> dict[str, float]:
+    """Of the albedo."""
+    per_expression: dict[str, float] = errors[ALBEDO]["rmse_per_expression"]
+    return per_expression
+
+
+def mean_rmse(errors: Mapping[str, float]) -> float:
+    """The mean over expressions of their RMSE: one number for a character, as in the paper's Figure 6."""
+    return sum(errors.values()) / len(errors)
+
+
+class _ModelSide:
+    """One map of a model, against the scans."""
+
+    def __init__(self, character: Character, model: CompressedTextures | StoredTextures, kind: Map) -> None:
+        self._model, self._kind = model, kind
+        self._order = [model.expressions.index(name) for name in character.expressions]
+        self._parts: dict[int, Part] = {}
+
+    def squares(self, stack: Stack, tile: int) -> NDArray[np.float64]:
+        part = self._model.parts[self._kind.name, tile]
+        return model_squares(stack, Layers.of(part), self._weights(tile), self._order)
+
+    def rows_of(self, n: int, tile: int) -> Rows:
+        return blended_rows(self._part(tile), self._weights(tile)[self._order[n]])
+
+    def _weights(self, tile: int) -> NDArray[np.float32]:
+        weights = self._model.weights[tile]
+        return weights if isinstance(weights, np.ndarray) else weights.values
+
+    def _part(self, tile: int) -> Part:
+        if tile not in self._parts:
+            part = self._model.parts[self._kind.name, tile]
+            self._parts = {tile: part if isinstance(part, Part) else dequantise_part(part, self._kind)}
+        return self._parts[tile]
+
+
+class _TextureSide:
+    """One map of any textures, against the scans."""
+
+    def __init__(self, character: Character, texels: Callable[[str, Key], Texels], kind: Map) -> None:
+        self._names, self._texels, self._map = character.expressions, texels, kind.name
+
+    def squares(self, stack: Stack, tile: int) -> NDArray[np.float64]:
+        names = track(self._names, "Measuring textures", len(self._names))
+        theirs = (to_float(self._texels(name, (self._map, tile))) for name in names)
+        return np.array([texture_square(stack, n, texels) for n, texels in enumerate(theirs)])
+
+    def rows_of(self, n: int, tile: int) -> Rows:
+        texels = self._texels(self._names[n], (self._map, tile))
+        return lambda rows: to_float(texels[rows])
+
+
+def _of_map(character: Character, kind: Map, side: _ModelSide | _TextureSide) -> dict[str, Any]:
+    # A tile whose mask shows nothing of the face has no error.
+    seen = {tile: texels for tile, stack in character.of_map(kind.name).items() if (texels := texels_seen(stack)) > 0}
+    return (_angular if kind.is_normal else _rmse)(character, kind, side, seen)
+
+
+def _rmse(
+    character: Character, kind: Map, side: _ModelSide | _TextureSide, seen: Mapping[int, float]
+) -> dict[str, Any]:
+    stacks = {tile: character.stacks[kind.name, tile] for tile in seen}
+    squares = np.sum([side.squares(stack, tile) for tile, stack in stacks.items()], axis=0)
+    values = sum(seen[tile] * stack.channels for tile, stack in stacks.items())
+    per_expression = dict(zip(character.expressions, (255 * np.sqrt(squares / values)).tolist(), strict=True))
+    return {"rmse": mean_rmse(per_expression), "rmse_per_expression": per_expression}
+
+
+def _angular(
+    character: Character, kind: Map, side: _ModelSide | _TextureSide, seen: Mapping[int, float]
+) -> dict[str, Any]:
+    names = character.expressions
+    total = np.zeros((len(names), 2))
+    for tile in seen:
+        stack = character.stacks[kind.name, tile]
+        weight = stack.weight
+        for n, _ in enumerate(track(names, "Measuring normals", len(names))):
+            total[n] += _moments(kind, stack.textures[n], weight, side.rows_of(n, tile))
+    mean, square = total.T / sum(seen.values())
     per_expression = dict(zip(names, mean.tolist(), strict=True))
-    rms = np.sqrt(square).mean()
     return {
         "angular_error": mean_rmse(per_expression),
-        "angular_error_rms": float(rms),
+        "angular_error_rms": float(np.sqrt(square).mean()),
         "angular_error_per_expression": per_expression,
     }
 
 
-def _moments(kind: MapKind, pair: _Pair, name: str) -> NDArray[np.float64]:
-    """The sums over texels of an expression's angles in degrees, and of their squares."""
-    original, theirs = pair.part.textures[pair.part.index(name)], pair.rows_of(name)
+def _moments(kind: Map, original: Texels, weight: NDArray[np.float32], theirs: Rows) -> NDArray[np.float64]:
+    """The sums over texels of angles in degrees, and of their squares."""
 
     def block(top: int, bottom: int) -> NDArray[np.float64]:
         rows = slice(top, bottom)
-        degrees = angles(kind.values(original[rows]), kind.values(theirs(rows)))
-        weighted = pair.weight[rows] * degrees
+        degrees = angles(kind.decode(original[rows]), kind.decode(theirs(rows)))
+        weighted = weight[rows] * degrees
         return np.array([weighted.sum(dtype=np.float64), (weighted * degrees).sum(dtype=np.float64)])
 
     return sum_rows(block, len(original))

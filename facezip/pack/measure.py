@@ -1,7 +1,7 @@
-"""How far reconstructed textures are from the originals."""
+"""Squared errors of textures against the scans, summed over the texels of a map on a tile."""
 
-from collections.abc import Callable, Mapping
-from pathlib import Path
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,85 +9,78 @@ from numba import njit
 from numpy.typing import NDArray
 
 from facezip.character.samples import samples_of
-from facezip.character.scans import Character
-from facezip.fit.paper.fragments import texel_scale
+from facezip.character.scans import Stack
+from facezip.files.images import Texels
 from facezip.fit.runs import RUN, expand_row, mix_rows, read_run
-from facezip.machine.progress import track
 from facezip.machine.rows import by_rows, map_rows, sum_rows
-from facezip.pack.model import CompressedTextures, bilinear_taps
-from facezip.pack.quantise import ZERO
-from facezip.pack.version_1 import read_stored, verify_pack
+from facezip.pack.model import Part, bilinear_taps
+from facezip.pack.quantise import ZERO, StoredPart
 
 
-def texture_errors(character: Character, texture: Callable[[str], NDArray[np.float32]]) -> dict[str, float]:
-    """RMSE of every expression, in units of 0..255, over channels and texels weighted by the character's mask.
+@dataclass(frozen=True, eq=False)
+class Layers:
+    """Neutral and differences in any type, with what turns them into values.
+
+    Attributes
+    ----------
+    neutral : ``(H, W, C)``, times ``unit``.
+    differences : ``(R, H, W, C)``, less ``zero``, times ``steps`` ``(R, C)``.
+    """
+
+    neutral: Texels
+    unit: np.float32
+    differences: Texels
+    zero: np.float32
+    steps: NDArray[np.float32]
+
+    @classmethod
+    def of(cls, part: Part | StoredPart) -> "Layers":
+        """Of colours or data, in memory or as a pack has them: bytes stay bytes."""
+        if isinstance(part, Part):
+            steps = np.ones((len(part.differences), part.neutral.shape[2]), np.float32)
+            return cls(part.neutral, np.float32(1), part.differences, np.float32(0), steps)
+        unit = np.float32(1 / np.iinfo(str(part.neutral.dtype)).max)
+        return cls(part.neutral, unit, part.differences, np.float32(ZERO), part.span / np.float32(255))
+
+
+def model_squares(
+    stack: Stack, layers: Layers, weights: NDArray[np.float32], order: Sequence[int]
+) -> NDArray[np.float64]:
+    """``(N,)``: for every expression, Σ_p m(p) ‖I_n(p) - equation (1)‖², in one pass without any whole texture.
 
     Parameters
     ----------
-    character : the originals.
-    texture : gives the other side, ``(H, W, C)`` float32 in [0, 1], for an expression's name.
+    stack : the scans; m is their mask.
+    layers, weights : the other side; weight maps ``(N', h, w, R)``.
+    order : of each expression, which of these N' is its own.
     """
-    weight = character.weight
-    names = track(character.expressions, "Measuring textures", len(character.expressions))
-    return {name: _rmse(character, name, texture(name), weight) for name in names}
+    turned = weights.transpose(1, 3, 0, 2)
+    h, slots, _, w = turned.shape
+    rows = by_rows(lambda some: turned[some][:, :, list(order)], (h, slots, len(order), w), np.float32)
+    height, width = stack.resolution
+    taps = *bilinear_taps(height, h), *bilinear_taps(width, w)
+    samples = samples_of(stack)
+    stored = samples.textures, samples.neutral, samples.scale, samples.importance
+    values = layers.neutral, layers.unit, layers.differences, layers.zero, layers.steps, rows
+    return sum_rows(lambda top, bottom: _squared_errors(top, bottom, *stored, *values, *taps), height)
 
 
-def model_errors(character: Character, model: CompressedTextures) -> dict[str, float]:
-    """:func:`texture_errors` of ``model.reconstruct``, of all expressions in one pass without any whole texture."""
-    one = np.float32(1)
-    steps = np.ones((len(model.differences), model.neutral.shape[2]), np.float32)
-    values = model.neutral, one, model.differences, np.float32(0), steps
-    return _errors(character, values, model.weights, model.expressions)
-
-
-def pack_errors(character: Character, path: str | Path) -> dict[str, float]:
-    """:func:`model_errors` of a pack, which is verified first; its difference textures stay the bytes that they are.
-
-    Raises
-    ------
-    FaceZipError
-        What :func:`facezip.pack.version_1.version_1.read_pack` raises.
-    """
-    manifest = verify_pack(Path(path))
-    maps, _ = read_stored(Path(path), manifest)
-    unit = np.float32(1 / np.iinfo(str(maps.neutral.dtype)).max)
-    values = maps.neutral, unit, maps.differences, np.float32(ZERO), maps.difference_scale / np.float32(255)
-    return _errors(character, values, maps.weight_values, manifest.expressions)
-
-
-def _errors(
-    character: Character, values: tuple[Any, ...], weights: NDArray[np.float32], expressions: tuple[str, ...]
-) -> dict[str, float]:
-    names = character.expressions
-    chosen = [expressions.index(name) for name in names]
-    weights = weights.transpose(1, 3, 0, 2)
-    h, slots, _, w = weights.shape
-    rows = by_rows(lambda some: weights[some][:, :, chosen], (h, slots, len(chosen), w), np.float32)
-    height, width = character.resolution
-    taps = *bilinear_taps(height, rows.shape[0]), *bilinear_taps(width, rows.shape[3])
-    samples = samples_of(character)
-    stored = samples.textures, samples.neutral, samples.scale, samples.importance, *values, rows
-
-    total = sum_rows(lambda top, bottom: _squared_errors(top, bottom, *stored, *taps), height)
-    counts = map_rows(lambda top, bottom: samples.importance[top:bottom].sum(dtype=np.float64), height)
-    texels = np.sum(counts) * samples.neutral.shape[2]
-    return dict(zip(names, (255 * np.sqrt(total / texels)).tolist(), strict=True))
-
-
-def mean_rmse(errors: Mapping[str, float]) -> float:
-    """The mean over expressions of their RMSE: one number for a character, as in the paper's Figure 6."""
-    return sum(errors.values()) / len(errors)
-
-
-def _rmse(character: Character, name: str, other: NDArray[np.float32], weight: NDArray[np.float32]) -> float:
-    original = character.textures[character.index(name)]
-    scale = texel_scale(character)
+def texture_square(stack: Stack, n: int, texels: NDArray[np.float32]) -> float:
+    """Σ_p m(p) ‖I_n(p) - texels(p)‖² of expression n against ``(H, W, C)`` in [0, 1]."""
+    original, weight = stack.textures[n], stack.weight
 
     def block(top: int, bottom: int) -> float:
-        return float(_squared_error(top, bottom, original, scale, other, weight))
+        return float(_squared_error(top, bottom, original, stack.scale, texels, weight))
 
-    total = sum(map_rows(block, len(original)))
-    return float(255 * np.sqrt(total / (weight.sum(dtype=np.float64) * original.shape[2])))
+    return sum(map_rows(block, len(original)))
+
+
+def texels_seen(stack: Stack) -> float:
+    """Σ_p m(p): how many texels count."""
+    if stack.mask is None:
+        return float(np.prod(stack.resolution))
+    mask = stack.mask
+    return float(sum(map_rows(lambda top, bottom: float(mask[top:bottom].sum(dtype=np.float64)), len(mask))))
 
 
 @njit(cache=True, nogil=True)

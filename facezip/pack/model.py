@@ -7,92 +7,116 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from facezip.character.maps import ALBEDO, Key, Map
+from facezip.character.meshes import Meshes
+from facezip.character.scans import NEUTRAL, map_named, tile_among, unknown
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.obj import Topology
 from facezip.machine.rows import by_rows
-from facezip.pack.footprint import Footprint
+from facezip.pack.footprint import Footprint, Texture
 
 # Blendshape weights lie within 0 and 1, and somewhat beyond where an animator exaggerates.
 MAX_BLEND = 1000
 
 
 @dataclass(frozen=True, eq=False)
-class Meshes:
-    """Neutral mesh and displacements, so that a pack renders and views on its own (equation 7).
+class Part:
+    """One map on one tile: a neutral and R difference textures, as texels (:class:`facezip.character.maps.Map`).
 
     Attributes
     ----------
-    topology : faces and UV layout.
-    neutral : ``(V, 3)`` float32.
-    deltas : ``(N, V, 3)`` float32, expression minus neutral.
-    """
-
-    topology: Topology
-    neutral: NDArray[np.float32]
-    deltas: NDArray[np.float32]
-
-
-@dataclass(frozen=True, eq=False)
-class CompressedTextures:
-    """One neutral, R difference textures and N low-resolution weight maps (equation 1).
-
-    Attributes
-    ----------
-    neutral : ``(H, W, C)`` float32 in [0, 1], encoded values.
-    differences : ``(R, H, W, C)`` float32, encoded values, signed.
-    weights : ``(N, h, w, R)`` float32; sampled bilinearly. PCA is the special case of one texel, ``h = w = 1``.
-    expressions : N names in the order of ``weights``.
-    method : what fitted them: paper, paper-optimised, paper-unpermuted, pca, refined.
-    meshes : the geometry, or None.
+    neutral : ``(H, W, C)`` float32 in [0, 1].
+    differences : ``(R, H, W, C)`` float32, signed.
+    bits : 8 or 16 a channel, which keep what the scans' neutral held.
     difference_range : ``(R, C)`` float32, the largest value of a difference texture that a pack has to hold where the
         fit chose one; None for the largest there is.
     """
 
     neutral: NDArray[np.float32]
     differences: NDArray[np.float32]
-    weights: NDArray[np.float32]
-    expressions: tuple[str, ...]
-    method: str
-    meshes: Meshes | None = None
+    bits: int = 8
     difference_range: NDArray[np.float32] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class CompressedTextures:
+    """Neutrals, R difference textures of every map, and N low-resolution weight maps of every tile (equation 1).
+
+    Attributes
+    ----------
+    method : what fitted them: paper, paper-optimised, paper-unpermuted, pca, refined.
+    expressions : N names in the order of ``weights``.
+    maps : the kinds of maps, albedo first.
+    parts : neutral and difference textures by map and tile.
+    weights : by tile, ``(N, h, w, R)`` float32, sampled bilinearly; the maps of a tile share them. PCA is the special
+        case of one texel, ``h = w = 1``.
+    meshes : the geometry, whose UV layout spans all tiles, or None.
+    """
+
+    method: str
+    expressions: tuple[str, ...]
+    maps: tuple[Map, ...]
+    parts: Mapping[Key, Part]
+    weights: Mapping[int, NDArray[np.float32]]
+    meshes: Meshes | None = None
+
+    @property
+    def tiles(self) -> tuple[int, ...]:
+        """UDIM numbers, ascending."""
+        return tuple(sorted(self.weights))
 
     @property
     def footprint(self) -> Footprint:
         """Bytes and fetches at run time."""
-        slots, height, width, channels = self.differences.shape
-        n, h, w, _ = self.weights.shape
-        return Footprint((height, width), channels, slots, n, (h, w))
+        return Footprint(
+            tuple(
+                tuple(Texture(*self.parts[kind.name, tile].neutral.shape) for kind in self.maps) for tile in self.tiles
+            ),
+            tuple(weights.shape[1:3] for _, weights in sorted(self.weights.items())),
+            next(iter(self.weights.values())).shape[3],
+            len(self.expressions),
+        )
 
-    def reconstruct(self, expression: str) -> NDArray[np.float32]:
-        """The texture of one expression, equation (1): ``(H, W, C)`` float32 in [0, 1]; neutral for ``"neutral"``."""
-        return self.blend({} if expression == "neutral" else {expression: 1.0})
+    def reconstruct(self, expression: str, map: str = ALBEDO, tile: int | None = None) -> NDArray[np.float32]:
+        """A map of one expression, equation (1), or of ``"neutral"``; as :meth:`blend`."""
+        return self.blend({} if expression == NEUTRAL else {expression: 1.0}, map, tile)
 
-    def blend(self, weights: Mapping[str, float]) -> NDArray[np.float32]:
-        """The texture of a blend β, equations (8) and (12): ``(H, W, C)`` float32 clipped to [0, 1].
+    def blend(self, weights: Mapping[str, float], map: str = ALBEDO, tile: int | None = None) -> NDArray[np.float32]:
+        """A map of a blend β, equations (8) and (12), on the first tile where none is named.
 
         The weight maps are combined at low resolution first, as a shader does once a frame.
+
+        Returns
+        -------
+        float32: ``(H, W, C)`` encoded values clipped to [0, 1] of a colour, values of data clipped to their range, unit
+        vectors ``(H, W, 3)`` of normals.
 
         Raises
         ------
         FaceZipError
-            ``UNKNOWN_NAME`` for a name that is no expression, ``BAD_VALUE`` for a weight outside ±1000.
+            ``UNKNOWN_NAME`` for a name that is no expression, map or tile, ``BAD_VALUE`` for a weight outside ±1000.
         """
-        return by_rows(self.rows_of(weights), self.neutral.shape, np.float32)
+        kind = map_named(map, self.maps, "this pack")
+        return kind.decode(self.texels(weights, (map, tile_among(tile, self.tiles, "this pack"))))
 
-    def rows_of(self, weights: Mapping[str, float]) -> Callable[[slice], NDArray[np.float32]]:
-        """As :meth:`blend`, but only those rows that are asked for, so that no whole texture need be held."""
-        combined = np.zeros(self.weights.shape[1:], np.float32)
+    def texels(self, weights: Mapping[str, float], key: Key) -> NDArray[np.float32]:
+        """The texels ``(H, W, C)`` of a blend, float32 in [0, 1]; raises as :meth:`blend`."""
+        return by_rows(self.rows_of(weights, key), self.parts[key].neutral.shape, np.float32)
+
+    def rows_of(self, weights: Mapping[str, float], key: Key) -> Callable[[slice], NDArray[np.float32]]:
+        """As :meth:`texels`, but only those rows that are asked for, so that no whole texture need be held."""
+        return blended_rows(self.parts[key], self.combined(weights, key[1]))
+
+    def combined(self, weights: Mapping[str, float], tile: int) -> NDArray[np.float32]:
+        """The weight map ``(h, w, R)`` of a blend on a tile, Σ_n β_n W_n; raises as :meth:`blend`."""
+        maps = self.weights[tile]
+        total = np.zeros(maps.shape[1:], np.float32)
         for name, weight in weights.items():
-            combined += np.float32(self._checked(name, weight)) * self.weights[self.expressions.index(name)]
-        return blended_rows(self.neutral, self.differences, combined)
-
-    def _checked(self, name: str, weight: float) -> float:
-        if name not in self.expressions:
-            known = ", ".join(self.expressions)
-            raise FaceZipError(ErrorCode.UNKNOWN_NAME, f"no expression '{name}' in this pack; it has {known}")
-        if not abs(weight) <= MAX_BLEND:
-            raise FaceZipError(ErrorCode.BAD_VALUE, f"weight {weight} of '{name}': must lie within ±{MAX_BLEND}")
-        return weight
+            if name not in self.expressions:
+                raise unknown("expression", name, self.expressions, "this pack")
+            if not abs(weight) <= MAX_BLEND:
+                raise FaceZipError(ErrorCode.BAD_VALUE, f"weight {weight} of '{name}': must lie within ±{MAX_BLEND}")
+            total += np.float32(weight) * maps[self.expressions.index(name)]
+        return total
 
 
 def bilinear_taps(size: int, low: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]:
@@ -108,20 +132,11 @@ def bilinear_taps(size: int, low: int) -> tuple[NDArray[np.int64], NDArray[np.in
     return first, np.minimum(first + 1, low - 1), (position - first).astype(np.float32)
 
 
-def blend_differences(
-    neutral: NDArray[np.float32], differences: NDArray[np.float32], weights: NDArray[np.float32]
-) -> NDArray[np.float32]:
-    """Equation (1) with one weight map ``(h, w, R)``: ``(H, W, C)`` float32 clipped to [0, 1]."""
-    return by_rows(blended_rows(neutral, differences, weights), neutral.shape, np.float32)
-
-
-def blended_rows(
-    neutral: NDArray[np.float32], differences: NDArray[np.float32], weights: NDArray[np.float32]
-) -> Callable[[slice], NDArray[np.float32]]:
-    """Some rows of :func:`blend_differences`, whichever are asked for."""
-    height, width, channels = neutral.shape
+def blended_rows(part: Part, weights: NDArray[np.float32]) -> Callable[[slice], NDArray[np.float32]]:
+    """Equation (1) with one weight map ``(h, w, R)``: gives rows ``(rows, W, C)`` of texels, clipped to [0, 1]."""
+    height, width, channels = part.neutral.shape
     taps = *bilinear_taps(height, weights.shape[0]), *bilinear_taps(width, weights.shape[1])
-    stored = neutral, differences, np.ascontiguousarray(weights)
+    stored = part.neutral, part.differences, np.ascontiguousarray(weights)
 
     def blended(rows: slice) -> NDArray[np.float32]:
         out = np.empty((rows.stop - rows.start, width, channels), np.float32)

@@ -1,16 +1,19 @@
 """From float maps to the bytes that a pack stores and a GPU samples, and back."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from facezip.character.maps import Key, Map
+from facezip.character.meshes import Meshes
+from facezip.character.neutrals import packed_neutral, unpacked_neutral
 from facezip.files.images import Texels, to_float
 from facezip.machine import memory
 from facezip.machine.rows import by_rows, map_rows, sum_rows
-from facezip.pack.model import CompressedTextures, Meshes
+from facezip.pack.model import CompressedTextures, Part
 
 # Zero is this byte exactly, so that texels which no expression changes stay untouched.
 ZERO = 128
@@ -20,77 +23,124 @@ _BINS = 2048
 
 
 @dataclass(frozen=True, eq=False)
-class QuantisedMaps:
-    """The maps of a pack as integers, with the ranges that turn texels t = byte / 255 back into values.
+class StoredPart:
+    """One map on one tile as integers, with the spans that turn texels t = byte / 255 back into values.
 
     Attributes
     ----------
-    neutral : ``(H, W, C)`` uint8 or uint16.
-    differences : ``(R, H, W, C)`` uint8; D = (t - 128/255) · ``difference_scale``.
-    difference_scale : ``(R, C)`` float32, one range a texture and channel.
-    weights : ``(N, h, w, R)`` uint8, W = t · ``weight_scale`` + ``weight_offset``; or float32 ``(N, 1, 1, R)`` as they
-        are where weights are uniform: those are shader constants, not texels.
-    weight_scale, weight_offset : ``(R,)`` float32, one range a slot; 1 and 0 for uniform weights.
+    neutral : the image ``(H, W, C)``, uint8 or uint16; of three channels for normals
+        (:mod:`facezip.character.neutrals`).
+    differences : ``(R, H, W, C)`` uint8; D = (t - 128/255) · ``span``.
+    span : ``(R, C)`` float32, one a texture and channel.
     """
 
     neutral: Texels
     differences: NDArray[np.uint8]
-    difference_scale: NDArray[np.float32]
-    weights: NDArray[np.uint8] | NDArray[np.float32]
-    weight_scale: NDArray[np.float32]
-    weight_offset: NDArray[np.float32]
+    span: NDArray[np.float32]
+
+    @property
+    def bits(self) -> int:
+        """Of a channel of the neutral."""
+        return 8 * self.neutral.itemsize
+
+
+@dataclass(frozen=True, eq=False)
+class StoredWeights:
+    """The weight maps of a tile.
+
+    Attributes
+    ----------
+    texels : ``(N, h, w, R)`` uint8, W = t · ``span`` + ``offset``; or float32 ``(N, 1, 1, R)`` as they are where
+        weights are uniform: those are shader constants, not texels.
+    span, offset : ``(R,)`` float32, one a slot; 1 and 0 for uniform weights.
+    """
+
+    texels: NDArray[np.uint8] | NDArray[np.float32]
+    span: NDArray[np.float32]
+    offset: NDArray[np.float32]
 
     @property
     def uniform(self) -> bool:
         """Whether every weight map is a single number (PCA)."""
-        return self.weights.shape[1:3] == (1, 1)
+        return self.texels.shape[1:3] == (1, 1)
 
     @property
-    def weight_values(self) -> NDArray[np.float32]:
+    def values(self) -> NDArray[np.float32]:
         """``(N, h, w, R)`` float32, as a shader sees them."""
         if self.uniform:
-            return self.weights.astype(np.float32)
-        return _weight_values(self.weights, self.weight_scale, self.weight_offset)
+            return self.texels.astype(np.float32)
+        step = self.span / np.float32(255)
+        return by_rows(lambda rows: self.texels[:, rows] * step + self.offset, self.texels.shape, np.float32, axis=1)
 
 
-def quantise(model: CompressedTextures, neutral_bits: int = 8) -> QuantisedMaps:
-    """Round a model to 8 bits a channel (the neutral to 8 or 16), each range stretched to use them fully."""
-    ranges = model.difference_range
+@dataclass(frozen=True, eq=False)
+class StoredTextures:
+    """What a pack holds; attributes as of :class:`facezip.pack.model.CompressedTextures`."""
+
+    method: str
+    expressions: tuple[str, ...]
+    maps: tuple[Map, ...]
+    parts: Mapping[Key, StoredPart]
+    weights: Mapping[int, StoredWeights]
+    meshes: Meshes | None = None
+
+    def dequantised(self) -> CompressedTextures:
+        """The model that a reader sees; inverse of :func:`quantise` up to rounding."""
+        kinds = {kind.name: kind for kind in self.maps}
+        parts = {key: dequantise_part(part, kinds[key[0]]) for key, part in self.parts.items()}
+        weights = {tile: stored.values for tile, stored in self.weights.items()}
+        return CompressedTextures(self.method, self.expressions, self.maps, parts, weights, self.meshes)
+
+
+def quantise(model: CompressedTextures) -> StoredTextures:
+    """Round a model to 8 bits a channel (neutrals to 8 or 16), each range stretched to use them fully."""
+    kinds = {kind.name: kind for kind in model.maps}
+    parts = {key: quantise_part(part, kinds[key[0]]) for key, part in model.parts.items()}
+    weights = {tile: quantise_weights(values) for tile, values in model.weights.items()}
+    return StoredTextures(model.method, model.expressions, model.maps, parts, weights, model.meshes)
+
+
+def quantise_part(part: Part, kind: Map) -> StoredPart:
+    """Neutral and differences of one map on one tile, as bytes."""
+    ranges = part.difference_range
     if ranges is None:
-        ranges = _largest(model.differences)
-    difference_scale = ranges * np.float32(255 / STEPS)
+        ranges = _largest(part.differences)
     # Kernels read rows as they lie.
-    values = np.require(model.differences, requirements="C")
+    values = np.require(part.differences, requirements="C")
     differences: NDArray[np.uint8] = memory.empty(values.shape, np.uint8)
     map_rows(lambda top, bottom: _round_differences(top, bottom, values, ranges, differences), len(differences[0]))
-    return QuantisedMaps(
-        _quantise_neutral(model.neutral, neutral_bits), differences, difference_scale, *_weights(model)
-    )
+    return StoredPart(packed_neutral(part.neutral, kind, part.bits), differences, ranges * np.float32(255 / STEPS))
 
 
-def dequantise(
-    maps: QuantisedMaps, expressions: tuple[str, ...], method: str, meshes: Meshes | None
-) -> CompressedTextures:
-    """The model that a reader of the stored maps sees; inverse of :func:`quantise` up to rounding."""
-    steps = maps.difference_scale / np.float32(255)
-    stored = np.require(maps.differences, requirements="C")
-    differences: NDArray[np.float32] = memory.empty(stored.shape, np.float32)
-    map_rows(lambda top, bottom: _difference_values(top, bottom, stored, steps, differences), len(differences[0]))
-    return CompressedTextures(to_float(maps.neutral), differences, maps.weight_values, expressions, method, meshes)
+def dequantise_part(stored: StoredPart, kind: Map) -> Part:
+    """Inverse of :func:`quantise_part` up to rounding."""
+    steps = stored.span / np.float32(255)
+    texels = np.require(stored.differences, requirements="C")
+    differences: NDArray[np.float32] = memory.empty(texels.shape, np.float32)
+    map_rows(lambda top, bottom: _difference_values(top, bottom, texels, steps, differences), len(differences[0]))
+    return Part(to_float(unpacked_neutral(stored.neutral, kind)), differences, stored.bits)
 
 
-def rounded_weights(weights: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Weight maps ``(N, h, w, R)`` as a pack gives them back, so that textures can be fitted to what is stored."""
+def quantise_weights(weights: NDArray[np.float32]) -> StoredWeights:
+    """Weight maps ``(N, h, w, R)`` as bytes, each slot's range stretched over all maps."""
     if weights.shape[1:3] == (1, 1):
-        return weights
-    return _weight_values(*_round_weights(weights))
+        slots = weights.shape[3]
+        return StoredWeights(weights, np.ones(slots, np.float32), np.zeros(slots, np.float32))
 
+    def extent(top: int, bottom: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        part = weights[:, top:bottom]
+        return part.min(axis=(0, 1, 2)), part.max(axis=(0, 1, 2))
 
-def _weight_values(
-    stored: NDArray[Any], scale: NDArray[np.float32], offset: NDArray[np.float32]
-) -> NDArray[np.float32]:
-    step = scale / np.float32(255)
-    return by_rows(lambda rows: stored[:, rows] * step + offset, stored.shape, np.float32, axis=1)
+    parts = map_rows(extent, weights.shape[1])
+    offset: NDArray[np.float32] = np.min([low for low, _ in parts], axis=0)
+    span: NDArray[np.float32] = np.max([high for _, high in parts], axis=0) - offset
+    # Where the range is empty the values are zero and stay so.
+    divisor = np.where(span > 0, span, np.float32(1))
+
+    def rounded(rows: slice) -> NDArray[np.uint8]:
+        return np.rint((weights[:, rows] - offset) / divisor * np.float32(255)).astype(np.uint8)
+
+    return StoredWeights(by_rows(rounded, weights.shape, np.uint8, axis=1), span, offset)
 
 
 def best_ranges(differences: NDArray[np.float32], importance: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -171,36 +221,3 @@ def _largest(differences: NDArray[np.float32]) -> NDArray[np.float32]:
     parts = map_rows(lambda top, bottom: np.abs(differences[:, top:bottom]).max(axis=(1, 2)), differences.shape[1])
     largest: NDArray[np.float32] = np.max(parts, axis=0)
     return largest
-
-
-def _quantise_neutral(neutral: NDArray[np.float32], bits: int) -> Texels:
-    dtype, most = (np.uint16, np.float32(65535)) if bits == 16 else (np.uint8, np.float32(255))
-    return by_rows(lambda rows: np.rint(neutral[rows] * most).astype(dtype), neutral.shape, dtype)
-
-
-def _weights(
-    model: CompressedTextures,
-) -> tuple[NDArray[np.uint8] | NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-    if model.weights.shape[1:3] == (1, 1):
-        slots = model.weights.shape[3]
-        return model.weights, np.ones(slots, np.float32), np.zeros(slots, np.float32)
-    return _round_weights(model.weights)
-
-
-def _round_weights(
-    weights: NDArray[np.float32],
-) -> tuple[NDArray[np.uint8], NDArray[np.float32], NDArray[np.float32]]:
-    def extent(top: int, bottom: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        part = weights[:, top:bottom]
-        return part.min(axis=(0, 1, 2)), part.max(axis=(0, 1, 2))
-
-    parts = map_rows(extent, weights.shape[1])
-    offset: NDArray[np.float32] = np.min([low for low, _ in parts], axis=0)
-    scale: NDArray[np.float32] = np.max([high for _, high in parts], axis=0) - offset
-    # Where the range is empty the values are zero and stay so.
-    divisor = np.where(scale > 0, scale, np.float32(1))
-
-    def rounded(rows: slice) -> NDArray[np.uint8]:
-        return np.rint((weights[:, rows] - offset) / divisor * np.float32(255)).astype(np.uint8)
-
-    return by_rows(rounded, weights.shape, np.uint8, axis=1), scale, offset

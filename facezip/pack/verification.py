@@ -4,43 +4,26 @@ import hashlib
 import os
 import stat
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from facezip.files.reading import reading
 from facezip.files.renaming import recover
-from facezip.pack.manifest import (
-    FILE_NAME,
-    VERSION,
-    Kind,
-    Manifest,
-    StoredFile,
-    Versions,
-    begins_like_a_manifest,
-    damaged_pack,
-    read_version,
-)
-
-if TYPE_CHECKING:
-    from facezip.pack.surface_manifest import AnyManifest
+from facezip.pack.manifest import FILE_NAME, Manifest, StoredFile
+from facezip.pack.parsing import begins_like_a_manifest, damaged_pack, read_manifest
 
 
 def verify_pack(path: str | Path) -> Manifest:
-    """Check that every byte of a pack of one albedo is as it was written and that nothing was added.
+    """Check that every byte of a pack is as it was written and that nothing was added.
 
     Raises
     ------
     FaceZipError
-        What :mod:`facezip.pack.manifest` raises; ``DAMAGED_PACK`` for a file that is missing, added, linked,
-        of another length, or with another checksum.
+        What :func:`facezip.pack.parsing.read_manifest` raises; ``DAMAGED_PACK`` for a file that is missing, added,
+        linked, of another length, or with another checksum.
     """
-    return verify_version(Path(path), VERSION)
-
-
-def verify_version(folder: Path, versions: Versions[Kind]) -> Kind:
-    """The same for packs of some versions of the format."""
+    folder = Path(path)
     with reading(folder):
         recover(Path(os.path.realpath(folder)))
-        manifest = read_version(folder, versions)
+        manifest = read_manifest(folder)
         _check_presence(folder, manifest)
         for name, stated in manifest.files.items():
             if stored(folder / name) != stated:
@@ -68,7 +51,7 @@ def stored(file: Path) -> StoredFile:
         return StoredFile(os.fstat(content.fileno()).st_size, hashlib.file_digest(content, "sha256").hexdigest())
 
 
-def _check_presence(folder: Path, manifest: "AnyManifest") -> None:
+def _check_presence(folder: Path, manifest: Manifest) -> None:
     """Names, kinds and lengths, before any file is opened."""
     present = {entry.name for entry in folder.iterdir()}
     for name in sorted(present ^ {*manifest.files, FILE_NAME}):

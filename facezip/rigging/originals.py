@@ -9,9 +9,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.character.maps import ALBEDO, Key
 from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import to_float
+from facezip.pack.belonging import check_sizes
 from facezip.pack.model import CompressedTextures
 from facezip.rigging.weightmaps import Examples
 
@@ -38,12 +40,17 @@ class Originals:
     deltas: NDArray[np.float32]
     definition: str
 
-    def texture(self, weights: Mapping[str, float]) -> NDArray[np.float32]:
-        """I_0 + Σ_n (Σ_m β_m shares_mn) (I_n - I_0): ``(H, W, C)`` float32 clipped to [0, 1]."""
-        mixed = self._row(weights) @ self.shares
-        total = to_float(self.character.neutral) * np.float32(1 - mixed.sum())
+    def texture(self, weights: Mapping[str, float], map: str = ALBEDO, tile: int | None = None) -> NDArray[np.float32]:
+        """I_0 + Σ_n (Σ_m β_m shares_mn) (I_n - I_0) of a map on a tile, as :meth:`CompressedTextures.blend`."""
+        key = map, self.character.tile(tile)
+        return self.character.kind(map).decode(self.texels(weights, key))
+
+    def texels(self, weights: Mapping[str, float], key: Key) -> NDArray[np.float32]:
+        """The same as texels: ``(H, W, C)`` float32 clipped to [0, 1]."""
+        mixed, stack = self._row(weights) @ self.shares, self.character.stacks[key]
+        total = to_float(stack.neutral) * np.float32(1 - mixed.sum())
         for n in np.flatnonzero(mixed):
-            total += np.float32(mixed[n]) * to_float(self.character.textures[n])
+            total += np.float32(mixed[n]) * to_float(stack.textures[n])
         clipped: NDArray[np.float32] = np.clip(total, 0, 1)
         return clipped
 
@@ -67,9 +74,7 @@ def originals_of(character: Character, model: CompressedTextures, path: Path) ->
     FaceZipError
         ``SIZE_MISMATCH``, or ``UNKNOWN_NAME`` where the pack belongs to other scans.
     """
-    if model.neutral.shape != character.neutral.shape:
-        sizes = " and ".join(f"{shape[1]}x{shape[0]}" for shape in (model.neutral.shape, character.neutral.shape))
-        raise FaceZipError(ErrorCode.SIZE_MISMATCH, f"{path}: its textures and {character.name}'s are {sizes}")
+    check_sizes(character, model, path)
     missing = [name for name in model.expressions if name not in character.expressions]
     if missing:
         return _naive(character, model, path, missing[0])
@@ -78,8 +83,8 @@ def originals_of(character: Character, model: CompressedTextures, path: Path) ->
         character,
         model.expressions,
         np.eye(len(character.expressions))[order],
-        character.neutral_vertices,
-        character.vertices[order] - character.neutral_vertices,
+        character.meshes.neutral,
+        character.meshes.deltas[order],
         "the sum of the uncompressed textures' differences (equation 8)",
     )
 

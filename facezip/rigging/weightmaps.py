@@ -9,6 +9,7 @@ Scans are noisy, their shapes alike, and skin is not linear: maps that give ever
 it. Damping lets go of what scans do not agree on, as much as predicts every scan best from the others.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -89,21 +90,17 @@ class GeometryAware:
         map_rows(rows, len(self.activity))
         return generated
 
-    def best_damping(self, weights: NDArray[np.float32], importance: NDArray[np.float64]) -> float:
-        """The one of :data:`DAMPINGS` with which each scan's maps are predicted best from those of all others.
+    def left_out(self, weights: NDArray[np.float32], importance: NDArray[np.float64], damping: float) -> float:
+        """The squared error of each scan's maps as the others predict them, summed over scans and texels.
 
         The error of leaving one out needs no new fit: it is [K⁻¹W]_n / [K⁻¹]_nn, K the damped system.
 
         Parameters
         ----------
         weights : ``(N, h, w, R)``.
-        importance : ``(R,)``, what a slot's squared error counts: the mean square of its difference texture.
+        importance : ``(R,)``, what a slot's squared error counts.
+        damping : as of :meth:`maps`.
         """
-        choices = track(DAMPINGS, "Choosing the damping", len(DAMPINGS))
-        errors = [self._left_out(weights, importance, damping) for damping in choices]
-        return DAMPINGS[int(np.argmin(errors))]
-
-    def _left_out(self, weights: NDArray[np.float32], importance: NDArray[np.float64], damping: float) -> float:
         held = damping * self._unit
 
         def rows(top: int, bottom: int) -> NDArray[np.float64]:
@@ -134,3 +131,18 @@ class GeometryAware:
         """The maps of the combinations of scans, ``(rows, w, r, R)``."""
         mixed = np.tensordot(self.examples.mixtures, weights[:, top:bottom], 1)
         return np.ascontiguousarray(np.moveaxis(mixed, 0, 2))
+
+
+def best_damping(tiles: Sequence[tuple[GeometryAware, NDArray[np.float32], NDArray[np.float64]]]) -> float:
+    """The one of :data:`DAMPINGS` with which each scan's maps are predicted best from those of all others.
+
+    Parameters
+    ----------
+    tiles : of each the maker of its maps, the scans' weight maps ``(N, h, w, R)``, and the importance of slots
+        ``(R,)``.
+    """
+    choices = track(DAMPINGS, "Choosing the damping", len(DAMPINGS))
+    errors = [
+        sum(aware.left_out(weights, importance, damping) for aware, weights, importance in tiles) for damping in choices
+    ]
+    return DAMPINGS[int(np.argmin(errors))]

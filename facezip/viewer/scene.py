@@ -12,15 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from facezip.character.meshes import Meshes
 from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import Texels, read_texture_exactly, to_float
+from facezip.pack.errors import mean_rmse, model_errors
 from facezip.pack.footprint import SLOTS_PER_LAYER
 from facezip.pack.manifest import Manifest
-from facezip.pack.measure import mean_rmse, model_errors
-from facezip.pack.model import CompressedTextures, Meshes
+from facezip.pack.model import CompressedTextures
 from facezip.pack.quantise import STEPS, ZERO
-from facezip.pack.version_1 import NEUTRAL_FILE, bytes_on_disk, read_verified, verify_pack
+from facezip.pack.verification import bytes_on_disk, verify_pack
+from facezip.pack.version_1 import NEUTRAL_FILE, read_verified
 
 # Steps from the neutral to the farthest vertex of an expression.
 DELTA_STEPS = 32767
@@ -70,9 +72,9 @@ def read_scene(pack: Path, character: Character | None = None) -> Scene:
     if character is not None:
         errors = model_errors(character, model)
         document["original"] = {"rmse": mean_rmse(errors), "rmse_per_expression": list(errors.values())}
-        assets["original.png"] = partial(_png, character.neutral)
+        assets["original.png"] = partial(_png, character.first.neutral)
         for n, name in enumerate(manifest.expressions):
-            assets[f"original_{n}.png"] = partial(_png, character.textures[character.index(name)])
+            assets[f"original_{n}.png"] = partial(_png, character.first.textures[character.index(name)])
     return Scene(document, assets)
 
 
@@ -164,7 +166,7 @@ def _check_same(character: Character, pack: Path, manifest: Manifest) -> None:
             f"{pack}: not of {character.name}, only one of them has '{min(differing)}'; "
             "give the character that the pack was made from",
         )
-    if character.resolution != manifest.size or character.neutral.shape[2] != manifest.channels:
+    if character.first.resolution != manifest.size or character.first.neutral.shape[2] != manifest.channels:
         raise FaceZipError(
             ErrorCode.SIZE_MISMATCH,
             f"{pack}: textures of another size or other channels than {character.name}'s; compress it again",

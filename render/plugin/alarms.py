@@ -105,9 +105,9 @@ def _comparisons(trials: Trials) -> Iterator[tuple[str, dict[str, float]]]:
     model = compress(character, method="refined")
     textures = {_EQUAL: model.reconstruct(expression), **injected_defects(model, expression, character)}
     maps = [upload(texture) for texture in textures.values()]
-    frame = frame_of(character.neutral_vertices)
+    frame = frame_of(character.meshes.neutral)
     renderers = {
-        material: PairedRenderer(character.topology, frame, list(RIGS), material, trials.resolution)
+        material: PairedRenderer(character.meshes.topology, frame, list(RIGS), material, trials.resolution)
         for material in MATERIALS
     }
     for renderer in renderers.values():

@@ -23,7 +23,7 @@ SEAM_GAIN = 0.8
 
 def injected_defects(model: CompressedTextures, expression: str, character: Character) -> dict[str, Texture]:
     """The texture ``(H, W, 3)``, encoded, that a model gives for an expression under each defect, by its name."""
-    cheek = cheek_weights(character, model.neutral.shape[0])
+    cheek = cheek_weights(character, character.first.resolution[0])
     on_texture: dict[str, Callable[[Texture], Texture]] = {
         "shift by one texel": lambda whole: np.roll(whole, 1, axis=1),
         "cheek 1 % too bright": lambda whole: brightened(whole, cheek),
@@ -42,7 +42,7 @@ def swapped(model: CompressedTextures, expression: str) -> CompressedTextures:
     order = np.arange(len(model.expressions))
     there = (here + 1) % len(order)
     order[[here, there]] = there, here
-    return replace(model, weights=model.weights[order])
+    return replace(model, weights={tile: maps[order] for tile, maps in model.weights.items()})
 
 
 def seamed(texture: Texture) -> Texture:
@@ -60,10 +60,10 @@ def brightened(texture: Texture, weights: Texture) -> Texture:
 
 def cheek_weights(character: Character, resolution: int) -> Texture:
     """``(R, R)`` weights in [0, 1] of a round spot on the right cheek, round on the surface."""
-    vertices = character.neutral_vertices
+    vertices = character.meshes.neutral
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     spot = (low + high) / 2 + np.array(CHEEK, np.float32) * (high - low) / 2
     distance = np.linalg.norm(vertices - spot, axis=1) / ((high - low)[1] * CHEEK_RADIUS)
-    raster = rasterise(character.topology, (resolution, resolution))
+    raster = rasterise(character.meshes.topology, (resolution, resolution))
     inside = np.clip(3 - 2 * raster.interpolate(distance.astype(np.float32)), 0, 1)
     return np.where(raster.covered, inside, 0).astype(np.float32)

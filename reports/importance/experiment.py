@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.fit.methods import Settings, compress
-from facezip.pack.measure import mean_rmse, model_errors
+from facezip.fit.methods import compress
+from facezip.fit.settings import Settings
+from facezip.pack.errors import albedo_errors, mean_rmse
 from facezip.pack.model import CompressedTextures
 from render.effect import image_errors
 from render.importance import Look, Sight, regularised, seen_importance
@@ -56,15 +57,15 @@ def measure_importance(
     FaceZipError
         ``BAD_VALUE``: no camera sees the face region, or a setting of the fit is outside its range.
     """
-    Settings(**fit).check()
+    Settings(**fit).check("refined")
     begin = perf_counter()
     versions = start()
     seen = seen_importance(character, sight)
-    inside = np.ones(seen.shape, np.float32) if character.mask is None else character.mask
+    inside = np.ones(seen.shape, np.float32) if character.first.mask is None else character.first.mask
     if not (seen * inside).any():
         reason = "no camera sees a texel of the face region; check mask, UVs and that the face looks to +z"
         raise FaceZipError(ErrorCode.BAD_VALUE, f"{character.name}: {reason}")
-    importance = regularised(seen, character.mask, floor)
+    importance = regularised(seen, character.first.mask, floor)
     made = perf_counter()
     models = [compress(character, **fit), compress(character, **fit, importance=importance)]
     fitted = perf_counter()
@@ -103,7 +104,7 @@ def _fit(name: str, model: CompressedTextures, character: Character) -> dict[str
     cost = model.footprint
     return {
         "name": name,
-        "texture_rmse": mean_rmse(model_errors(character, model)),
+        "texture_rmse": mean_rmse(albedo_errors(character, model)),
         "bytes_on_gpu": cost.bytes_on_gpu,
         "fetches": cost.fetches,
     }
@@ -150,6 +151,6 @@ def _conditions(
         "lights": list(dict.fromkeys(rig for _, rig in sight.looks)),
         "expressions": "all, without the neutral, which a pack holds exactly",
         "errors": "image RMSE 0..255, encoded sRGB, over head pixels; root mean square over expressions",
-        "texture_region": "whole texture" if character.mask is None else "the character's mask",
+        "texture_region": "whole texture" if character.first.mask is None else "the character's mask",
         **fit,
     }

@@ -65,8 +65,8 @@ def uv_panel(character: Character, importance: NDArray[np.float32], scale: Colou
     step = -(-max(importance.shape) // LARGEST)
     shown = importance[::step, ::step]
     colours = scale.colours(shown)
-    if character.mask is not None:
-        colours[character.mask[::step, ::step] == 0] = BACKDROP
+    if character.first.mask is not None:
+        colours[character.first.mask[::step, ::step] == 0] = BACKDROP
     height, width = shown.shape
     return Panel(data_uri(colours, QUALITY), "UV", "face region", "importance of every texel in UV", width / height)
 

@@ -12,8 +12,8 @@ from facezip.fit.methods import compress
 from facezip.fit.paper.beam import beam_search
 from facezip.fit.paper.certificate import certify
 from facezip.fit.paper.stitching import Stitching, search, unpermuted
+from facezip.pack.errors import mean_rmse
 from facezip.pack.footprint import Footprint
-from facezip.pack.measure import mean_rmse
 from reports.paper.published import EXPRESSIONS_IN_MEMORY
 from reports.paper.steps import Clock, Fragments, make_fragments, stored_errors
 
@@ -112,7 +112,7 @@ def table_1(trial: Trial) -> dict[str, Any]:
         "factorisation": seconds["factorisation"],
     }
     return {
-        "resolution": list(trial.character.resolution),
+        "resolution": list(trial.character.first.resolution),
         "expressions": len(trial.character.expressions),
         "seconds": {
             **steps,
@@ -139,7 +139,7 @@ def figure_6(trial: Trial) -> dict[str, Any]:
         if name not in errors:
             errors[name] = stored_errors(trial.character, trial.fragments.stitched(stitching, WEIGHT_SCALE))
     return {
-        "resolution": list(trial.character.resolution),
+        "resolution": list(trial.character.first.resolution),
         "rmse": {name: mean_rmse(one) for name, one in errors.items()},
         "rmse_per_expression": errors,
     }
@@ -151,8 +151,8 @@ def figure_7_convergence(trial: Trial) -> dict[str, Any]:
     with clock.step("lower_bound"):
         bound = certify(trial.fragments.table, trial.stitchings["paper_optimised"]).lower_bound
     return {
-        "resolution": list(trial.character.resolution),
-        "masks": trial.fragments.masks.count,
+        "resolution": list(trial.character.first.resolution),
+        "masks": trial.fragments.mask_count,
         "history": trial.stitchings["paper"].history.tolist(),
         "cost": {name: stitching.cost for name, stitching in trial.stitchings.items()},
         "seconds": {**trial.search_seconds, **clock.seconds},

@@ -13,7 +13,7 @@ from facezip.files.images import to_float
 from facezip.fit.methods import compress
 from facezip.machine.progress import track
 from facezip.pack.model import CompressedTextures
-from facezip.pack.quantise import dequantise, quantise
+from facezip.pack.quantise import quantise
 from facezip.rigging.fit import Rig, fit_rig
 from facezip.rigging.rigged import rigged
 from facezip.rigging.template import Template
@@ -69,7 +69,7 @@ def bench_rig(resolution: int, seed: int, template_seed: int) -> dict[str, Any]:
 
 
 def _errors(generated: Generated, person: Person) -> dict[str, Any]:
-    neutral = to_float(generated.scans.neutral)
+    neutral = to_float(generated.scans.first.neutral)
     textures = {**generated.textures, "neutral": lambda shape: neutral}
     errors = texture_errors(replace(generated, textures=textures), lambda shape: person.texture({shape: 1.0}))
     return {**mean_errors(errors), "damping": generated.damping, "rmse_per_shape": errors}
@@ -81,10 +81,10 @@ def figure_8(scans: Character, template: Template, seed: int, truth: Callable[[s
     Pictures are data URIs of the shapes that change the skin most, one of each left and right pair.
     """
     made = generate(scans, template, seed)
-    neutral = to_float(scans.neutral)
+    neutral = to_float(scans.first.neutral)
     textures = {**made.textures, "neutral": lambda shape: neutral}
     figure: dict[str, Any] = {
-        "resolution": list(scans.resolution),
+        "resolution": list(scans.first.resolution),
         "condition": Examples.of(made.rig.weights).condition,
         "damping": made.damping,
         "unseen": [shape for shape, seen in zip(made.shapes, made.rig.seen, strict=True) if not seen],
@@ -108,9 +108,9 @@ def _telling(changes: Mapping[str, float]) -> list[str]:
 def generate(scans: Character, template: Template, seed: int, rig: Rig | None = None) -> Generated:
     """Rig the scans, unless ``rig`` is given, and make the textures of the shapes in the three ways of Figure 8."""
     begin = perf_counter()
-    moved = scans.vertices - scans.neutral_vertices
-    faces = scans.topology.faces
-    rig = rig or fit_rig(scans.neutral_vertices, moved, faces, template.neutral, template.deltas)
+    moved = scans.meshes.vertices - scans.meshes.neutral
+    faces = scans.meshes.topology.faces
+    rig = rig or fit_rig(scans.meshes.neutral, moved, faces, template.neutral, template.deltas)
     seconds = {"rig": perf_counter() - begin}
     textures: dict[str, Callable[[str], Texture]] = {"naive": Naive(scans, template.shapes, rig)}
     damping = 0.0
@@ -133,9 +133,10 @@ class Naive:
     def __call__(self, shape: str) -> Texture:
         """The texture of a shape."""
         shares = self._inverse[self._shapes.index(shape)]
-        neutral = to_float(self._scans.neutral)
+        scans = self._scans.first
+        neutral = to_float(scans.neutral)
         total = neutral * (1 - shares.sum())
-        for share, texture in zip(shares, self._scans.textures, strict=True):
+        for share, texture in zip(shares, scans.textures, strict=True):
             total += share * to_float(texture)
         clipped: Texture = np.clip(total, 0, 1)
         return clipped
@@ -143,7 +144,7 @@ class Naive:
 
 def stored(model: CompressedTextures) -> CompressedTextures:
     """The model as it comes back from a pack."""
-    return dequantise(quantise(model), model.expressions, model.method, model.meshes)
+    return quantise(model).dequantised()
 
 
 def texture_errors(generated: Generated, truth: Callable[[str], Texture]) -> dict[str, dict[str, float]]:
@@ -170,7 +171,7 @@ def mean_errors(errors: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
 
 
 def _weight(scans: Character) -> NDArray[np.float32]:
-    return np.ones(scans.resolution, np.float32) if scans.mask is None else scans.mask
+    return np.ones(scans.first.resolution, np.float32) if scans.first.mask is None else scans.first.mask
 
 
 def _rmse(texture: Texture, true: Texture, weight: NDArray[np.float32]) -> float:

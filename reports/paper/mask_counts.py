@@ -6,7 +6,7 @@ from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.fit.paper.stitching import Stitching, search
 from facezip.machine.progress import track
-from facezip.pack.measure import mean_rmse
+from facezip.pack.errors import mean_rmse
 from reports.paper.experiments import WEIGHT_SCALE, Settings, Trial, stitch
 from reports.paper.steps import Fragments, make_fragments, stored_errors
 
@@ -23,7 +23,7 @@ def figure_7_masks(character: Character, settings: Settings, shared: Trial | Non
         if fragments is None:
             break
         rows.append(_starts(fragments, settings))
-    return {"resolution": list(character.resolution), "starts": settings.starts, "counts": rows}
+    return {"resolution": list(character.first.resolution), "starts": settings.starts, "counts": rows}
 
 
 def _fragments(character: Character, count: int, settings: Settings, shared: Trial | None) -> Fragments | None:
@@ -47,7 +47,7 @@ def _starts(fragments: Fragments, settings: Settings) -> dict[str, Any]:
     single = [judged(search(fragments.table, 1, settings.seed + start)) for start in range(settings.starts)]
     chosen, _ = stitch(fragments.table, settings)
     return {
-        "masks": fragments.masks.count,
+        "masks": fragments.mask_count,
         "costs": [one["cost"] for one in single],
         "rmse": [one["rmse"] for one in single],
         "chosen": {name: judged(stitching) for name, stitching in chosen.items()},

@@ -79,7 +79,7 @@ def _masks(reference: Trial, rows: list[dict[str, Any]], settings: Settings) -> 
     """The mask experiment at no more than 512 texels, beside what does not depend on masks at that size."""
     character = reduced(reference.character, MASK_TEXELS)
     shared = reference if character is reference.character else None
-    row = next((row for row in rows if row["resolution"] == list(character.resolution)), None)
+    row = next((row for row in rows if row["resolution"] == list(character.first.resolution)), None)
     row = row or table_1(run_trial(character, settings))
     others = {name: row["rmse"][name] for name in ("refined", "pca_4")}
     return figure_7_masks(character, settings, shared) | {"without_masks": others}
@@ -90,7 +90,7 @@ def _conditions(character: Character, settings: Settings, origin: str) -> dict[s
         **conditions(LIBRARIES),
         "times": "one run each, kernels compiled before, textures in memory; no reading, writing or quantising",
         "errors": "RMSE 0..255 of the maps as a pack stores them, 8 bits a channel, mean over expressions",
-        "texture_region": "whole texture" if character.mask is None else "the character's mask",
+        "texture_region": "whole texture" if character.first.mask is None else "the character's mask",
         "texture_sizes": origin,
         "weight_scale": WEIGHT_SCALE,
         **asdict(settings),

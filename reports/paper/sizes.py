@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.scans import Character
+from facezip.character.scans import Character, Stack
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import Texels
 
@@ -26,7 +26,7 @@ def widths_of(character: Character, wanted: Sequence[int] = ()) -> list[int]:
     FaceZipError
         ``BAD_VALUE`` for a width that halving does not reach.
     """
-    widths = [width for _, width in _halvings(character.resolution, min((SMALLEST, *wanted)))]
+    widths = [width for _, width in _halvings(character.first.resolution, min((SMALLEST, *wanted)))]
     unreachable = [width for width in wanted if width not in widths]
     if unreachable:
         raise FaceZipError(
@@ -40,28 +40,31 @@ def widths_of(character: Character, wanted: Sequence[int] = ()) -> list[int]:
 def at_widths(character: Character, widths: Sequence[int]) -> Iterator[Character]:
     """The character at each of the widths that :func:`widths_of` gave, one after the other."""
     for width in widths:
-        while character.resolution[1] > width:
+        while character.first.resolution[1] > width:
             character = halved(character)
         yield character
 
 
 def reduced(character: Character, most: int) -> Character:
     """The character halved until no side is longer than ``most`` texels, or until a side is odd."""
-    for _ in _halvings(character.resolution, 1)[1:]:
-        if max(character.resolution) <= most:
+    for _ in _halvings(character.first.resolution, 1)[1:]:
+        if max(character.first.resolution) <= most:
             break
         character = halved(character)
     return character
 
 
 def halved(character: Character) -> Character:
-    """Textures and mask at half the size, each texel the mean of four encoded ones; sides must be even."""
-    return replace(
-        character,
-        neutral=_halved(character.neutral),
-        textures=_halved(character.textures),
-        mask=None if character.mask is None else _means(character.mask[:, :, None])[:, :, 0],
-    )
+    """Textures and masks at half the size, each texel the mean of four encoded ones; sides must be even."""
+    stacks = {
+        key: Stack(
+            _halved(stack.neutral),
+            _halved(stack.textures),
+            None if stack.mask is None else _means(stack.mask[:, :, None])[:, :, 0],
+        )
+        for key, stack in character.stacks.items()
+    }
+    return replace(character, stacks=stacks)
 
 
 def _halvings(size: tuple[int, int], smallest: int) -> list[tuple[int, int]]:

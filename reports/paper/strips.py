@@ -17,8 +17,8 @@ Texture = NDArray[np.float32]
 
 def strips(scans: Character, columns: Mapping[str, Callable[[str], Texture]], shapes: Sequence[str]) -> dict[str, str]:
     """A data URI for each shape: its texture by every column, where the first one differs most from the neutral."""
-    neutral = to_float(scans.neutral)
-    mask = np.ones(scans.resolution, np.float32) if scans.mask is None else scans.mask
+    neutral = to_float(scans.first.neutral)
+    mask = np.ones(scans.first.resolution, np.float32) if scans.first.mask is None else scans.first.mask
     found = {}
     for shape in shapes:
         textures = [texture(shape) for texture in columns.values()]

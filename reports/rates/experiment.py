@@ -5,8 +5,9 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from facezip.character.scans import Character
+from facezip.character.scans import Character, Stack
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.machine.conditions import conditions
 from facezip.machine.progress import track
@@ -48,7 +49,7 @@ def measure_rates(character: Character, total: int, effort: str, seed: int) -> d
         "conditions": {
             **conditions(LIBRARIES),
             "errors": "RMSE 0..255 of what the decoders give back, mean over expressions",
-            "texture_region": "whole texture" if character.mask is None else "the character's mask",
+            "texture_region": "whole texture" if character.first.mask is None else "the character's mask",
             "bytes": "GPU memory of neutral, differences or expressions, and weight maps, without mip-maps",
             "astc_effort": effort,
             "seed": seed,
@@ -74,17 +75,25 @@ def with_blends(character: Character, total: int, seed: int) -> Character:
     shares = np.zeros((total - count, count), np.float32)
     for row in shares:
         row[rng.choice(count, BLENDED, replace=False)] = rng.dirichlet(np.ones(BLENDED))
-    textures = np.empty((total, *character.textures.shape[1:]), character.textures.dtype)
-    textures[:count] = character.textures
-    for texture, row in zip(textures[count:], shares, strict=True):
-        mixture = np.tensordot(row, character.textures.astype(np.float32), axes=1)
-        texture[:] = np.rint(mixture) if textures.dtype.kind == "u" else mixture
+    meshes = character.meshes
+    vertices = np.concatenate([meshes.vertices, np.tensordot(shares, meshes.vertices, axes=1)])
     return replace(
         character,
         expressions=(*character.expressions, *(f"blend_{number}" for number in range(total - count))),
-        textures=textures,
-        vertices=np.concatenate([character.vertices, np.tensordot(shares, character.vertices, axes=1)]),
+        meshes=replace(meshes, vertices=vertices),
+        stacks={key: _blended(stack, shares) for key, stack in character.stacks.items()},
     )
+
+
+def _blended(stack: Stack, shares: NDArray[np.float32]) -> Stack:
+    """The textures, and behind them mixtures ``shares`` ``(K, N)`` of them."""
+    count = len(stack.textures)
+    textures = np.empty((count + len(shares), *stack.textures.shape[1:]), stack.textures.dtype)
+    textures[:count] = stack.textures
+    for texture, row in zip(textures[count:], shares, strict=True):
+        mixture = np.tensordot(row, stack.textures.astype(np.float32), axes=1)
+        texture[:] = np.rint(mixture) if textures.dtype.kind == "u" else mixture
+    return replace(stack, textures=textures)
 
 
 def _round(character: Character, effort: str) -> dict[str, Any]:

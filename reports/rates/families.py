@@ -49,7 +49,11 @@ OURS, RIVAL = "refined_astc", "textures_astc"
 
 def tried(character: Character, effort: str) -> list[Textures | Pack]:
     """Everything that is measured on a character; ``effort`` is that of the ASTC encoder, for all alike."""
-    channels, count, smallest = character.neutral.shape[2], len(character.expressions), min(character.resolution)
+    channels, count, smallest = (
+        character.first.neutral.shape[2],
+        len(character.expressions),
+        min(character.first.resolution),
+    )
     ways: list[Textures | Pack] = [
         *_textures(effort),
         *_baselines(effort, channels),

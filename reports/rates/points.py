@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.blocks.codecs import Codec
+from facezip.character.maps import ALBEDO, Key
 from facezip.character.scans import Character
+from facezip.files.images import to_float
 from facezip.fit.coded import coded_afterwards, fit_coded
 from facezip.fit.methods import compress
 from facezip.fit.storage import Storage
-from facezip.pack.measure import mean_rmse, model_errors, texture_errors
+from facezip.pack.errors import model_errors, texture_errors
 
 
 @dataclass(frozen=True)
@@ -51,9 +53,9 @@ class Textures:
         """Code and decode all textures."""
         begin = perf_counter()
         errors = texture_errors(character, partial(_round_trip, character, self.codec))
-        count, (height, width) = 1 + len(character.expressions), character.resolution
+        count, (height, width) = 1 + len(character.expressions), character.first.resolution
         size = count * self.codec.bytes_of(height, width) / (height * width)
-        return Point(self.family, self.codec.name, size, count, mean_rmse(errors), perf_counter() - begin)
+        return Point(self.family, self.codec.name, size, count, errors[ALBEDO]["rmse"], perf_counter() - begin)
 
 
 @dataclass(frozen=True)
@@ -76,19 +78,19 @@ class Pack:
             fit = compress(character, self.method, differences=self.differences, weight_scale=self.weight_scale)
             model = coded_afterwards(fit, self.storage)
         seconds = perf_counter() - begin
-        height, width = character.resolution
+        height, width = character.first.resolution
         return Point(
             self.family,
             self.storage.textures.name,
             self.storage.bytes_of(model) / (height * width),
             model.footprint.fetches,
-            mean_rmse(model_errors(character, model)),
+            model_errors(character, model)[ALBEDO]["rmse"],
             seconds,
-            len(model.differences),
+            model.footprint.differences,
             self.weight_scale,
         )
 
 
-def _round_trip(character: Character, codec: Codec, name: str) -> NDArray[np.float32]:
-    texels = np.rint(character.texture(name) * 255).astype(np.uint8)
+def _round_trip(character: Character, codec: Codec, name: str, key: Key) -> NDArray[np.float32]:
+    texels = np.rint(to_float(character.texels(name, key)) * 255).astype(np.uint8)
     return codec.round_trip(texels).astype(np.float32) / np.float32(255)

@@ -11,8 +11,8 @@ from tempfile import TemporaryDirectory
 
 from playwright.sync_api import sync_playwright
 
-from facezip import write_pack
 from facezip.machine.conditions import conditions
+from facezip.pack.write import write_pack
 from tests.browser.conftest import CHROMIUM, FLAGS, Viewer, served
 from tests.facezip.conftest import random_model
 

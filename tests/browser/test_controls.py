@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from facezip import write_pack
 from facezip.export.web import export_web
+from facezip.pack.write import write_pack
 from tests.browser.conftest import Viewer, viewing
 from tests.facezip.conftest import random_model
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from facezip import read_pack, write_pack
 from facezip.character.scans import Character
+from facezip.pack.read import read_pack
+from facezip.pack.write import write_pack
 from facezip.viewer.scene import DELTA_STEPS
 from tests.browser.conftest import viewing
 from tests.facezip.conftest import random_model

@@ -5,10 +5,11 @@ import sys
 import numpy as np
 import pytest
 
+from facezip.character.meshes import Meshes
 from facezip.character.scans import Character
 from facezip.files.obj import Topology
 from facezip.fit.methods import compress
-from facezip.pack.model import CompressedTextures, Meshes
+from facezip.pack.model import CompressedTextures
 
 
 def grid_topology(side):

@@ -4,7 +4,8 @@ import numpy as np
 import OpenImageIO as oiio
 
 from facezip.character.maps import KNOWN, normals_of
-from facezip.character.surface import FIRST_TILE, Surface
+from facezip.character.scans import Character
+from facezip.character.tiles import FIRST_TILE
 from scenes.surface import in_tiles
 from tests.facezip.conftest import random_character
 
@@ -23,7 +24,7 @@ def random_surface(seed=0, side=64, expressions=5, maps=("normal", "roughness"),
                 other, neutral=other.neutral[..., channel].copy(), textures=other.textures[..., channel].copy()
             )
     kinds = tuple(KNOWN[name] for name in ("albedo", *maps))
-    return in_tiles(Surface(albedo.topology, kinds, parts), *tiles)
+    return in_tiles(Character(albedo.topology, kinds, parts), *tiles)
 
 
 def write_floats(path, values, kind="float"):

@@ -23,8 +23,8 @@ def scans():
 
 @pytest.fixture(scope="module")
 def renderers(scans):
-    frame = frame_of(scans.neutral_vertices)
-    made = {material: PairedRenderer(scans.topology, frame, list(RIGS), material, 64) for material in MATERIALS}
+    frame = frame_of(scans.meshes.neutral)
+    made = {material: PairedRenderer(scans.meshes.topology, frame, list(RIGS), material, 64) for material in MATERIALS}
     for renderer in made.values():
         renderer.pose(scans.mesh_vertices(EXPRESSION))
     return made

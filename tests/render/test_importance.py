@@ -36,7 +36,7 @@ def squared_image_error(operator, encoded, other):
 
 def test_it_is_zero_exactly_where_no_camera_sees_a_texel(character, sight, seen):
     renderer = sight.renderer(character)
-    looked_up = np.zeros(character.resolution)
+    looked_up = np.zeros(character.first.resolution)
     for name in character.expressions:
         for operator in sight.operators(character, renderer, name):
             head = np.repeat(operator.coverage[:, :, None] >= 0.5, 3, axis=2)

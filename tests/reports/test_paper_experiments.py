@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip import compress, read_pack, write_pack
+from facezip import compress
 from facezip.fit.paper.stitching import stitching_cost
+from facezip.pack.errors import mean_rmse, texture_errors
 from facezip.pack.footprint import Footprint
-from facezip.pack.measure import mean_rmse, texture_errors
+from facezip.pack.read import read_pack
+from facezip.pack.write import write_pack
 from reports.paper import mask_counts, reproduction
 from reports.paper.experiments import Settings, figure_6, figure_7_convergence, run_trial, table_1
 from reports.paper.mask_counts import figure_7_masks

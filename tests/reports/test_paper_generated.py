@@ -19,7 +19,7 @@ def generated(case):
 
 
 def test_every_method_is_measured_on_every_shape(generated):
-    errors = texture_errors(generated, lambda shape: to_float(generated.scans.neutral))
+    errors = texture_errors(generated, lambda shape: to_float(generated.scans.first.neutral))
     assert set(errors) == {"naive", *PACKS} == set(mean_errors(errors))
     assert all(tuple(one) == SHAPES for one in errors.values())
 
@@ -32,11 +32,11 @@ def test_a_method_has_no_error_to_itself(generated):
 
 def test_naive_differences_give_the_scans_back(generated):
     """Equation (9) for textures: weighted sums of the naive shapes are the scans, where nothing is clipped."""
-    neutral = to_float(generated.scans.neutral)
+    neutral = to_float(generated.scans.first.neutral)
     shapes = np.stack([generated.textures["naive"](name) - neutral for name in SHAPES])
     free = ((shapes + neutral > 0) & (shapes + neutral < 1)).all(axis=0)
     again = neutral + np.tensordot(generated.rig.weights, shapes, 1)
-    gap = np.abs(again - to_float(generated.scans.textures))[:, free]
+    gap = np.abs(again - to_float(generated.scans.first.textures))[:, free]
     assert free.mean() > 0.2
     assert gap.max() < 1e-4
 

@@ -14,7 +14,7 @@ from tests.facezip.conftest import random_character
 def test_a_texel_of_the_half_is_the_mean_of_four(dtype):
     character = random_character(side=32, dtype=dtype)
     small = halved(character)
-    corner = character.textures[:, :2, 2:4].astype(np.float64).mean(axis=(1, 2))
+    corner = character.first.textures[:, :2, 2:4].astype(np.float64).mean(axis=(1, 2))
     assert small.textures.dtype == dtype
     assert small.resolution == (16, 16)
     np.testing.assert_allclose(small.textures[:, 0, 1], corner, atol=1e-6 if dtype == np.float32 else 0.5)
@@ -26,7 +26,7 @@ def test_the_mask_is_halved_with_the_textures_and_the_meshes_stay():
     character = replace(random_character(side=32), mask=mask)
     small = halved(character)
     np.testing.assert_array_equal(small.mask[0, 6:9], [1, 0.5, 0])
-    assert small.vertices is character.vertices
+    assert small.vertices is character.meshes.vertices
 
 
 def test_sizes_are_the_own_one_and_its_halves_down_to_256():

@@ -77,9 +77,9 @@ def test_blends_lie_between_the_expressions_and_keep_them():
     character = random_character(side=32)
     count = len(character.expressions)
     more = experiment.with_blends(character, count + 4, seed=1)
-    assert np.array_equal(more.textures[:count], character.textures)
-    assert np.all(more.textures[count:] <= character.textures.max(axis=0))
-    assert np.all(more.textures[count:] >= character.textures.min(axis=0))
+    assert np.array_equal(more.textures[:count], character.first.textures)
+    assert np.all(more.textures[count:] <= character.first.textures.max(axis=0))
+    assert np.all(more.textures[count:] >= character.first.textures.min(axis=0))
     assert len(set(more.expressions)) == len(more.textures) == len(more.vertices) == count + 4
     with pytest.raises(FaceZipError) as caught:
         experiment.with_blends(character, count, seed=1)

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from facezip import FaceZipError, load_character, save_character
+from facezip import FaceZipError
+from facezip.character.loading import load_character, save_character
 from scenes.character import Person, make_character
 from scenes.face.expressions import EXPRESSIONS, expression_weights
 from scenes.face.shapes import ARKIT_SHAPES
@@ -22,9 +23,9 @@ def test_it_is_a_character_that_saves_and_loads(character, tmp_path):
 
 def test_a_seed_makes_the_same_bytes_and_another_another_person(character):
     again, other = make_character(128, 3), make_character(128, 3, seed=1)
-    np.testing.assert_array_equal(again.textures, character.textures)
-    np.testing.assert_array_equal(again.vertices, character.vertices)
-    assert np.abs(other.neutral.astype(int) - character.neutral).mean() > 3
+    np.testing.assert_array_equal(again.textures, character.first.textures)
+    np.testing.assert_array_equal(again.vertices, character.meshes.vertices)
+    assert np.abs(other.neutral.astype(int) - character.first.neutral).mean() > 3
 
 
 def test_without_nuisances_the_scans_are_the_truth():
@@ -32,7 +33,7 @@ def test_without_nuisances_the_scans_are_the_truth():
     person = Person.make(128)
     for name in character.expressions:
         truth = person.texture(EXPRESSIONS[name])
-        np.testing.assert_array_equal(character.textures[character.index(name)], np.rint(truth * 255))
+        np.testing.assert_array_equal(character.first.textures[character.index(name)], np.rint(truth * 255))
 
 
 def test_twenty_expressions_have_names_and_use_known_shapes():
@@ -45,10 +46,10 @@ def test_twenty_expressions_have_names_and_use_known_shapes():
 
 def test_the_mask_holds_the_face_and_what_expressions_change():
     character = make_character(256, 4, nuisances=0)
-    assert 0.3 < character.mask.mean() < 0.7
-    changed = np.abs(character.textures.astype(int) - character.neutral).max(axis=(0, 3)) > 2
-    assert changed[character.mask > 0].mean() > 0.05
-    assert changed[character.mask == 0].mean() < 0.01
+    assert 0.3 < character.first.mask.mean() < 0.7
+    changed = np.abs(character.first.textures.astype(int) - character.first.neutral).max(axis=(0, 3)) > 2
+    assert changed[character.first.mask > 0].mean() > 0.05
+    assert changed[character.first.mask == 0].mean() < 0.01
 
 
 @pytest.mark.parametrize(("resolution", "expressions"), [(32, 5), (10000, 5), (128, 1)])

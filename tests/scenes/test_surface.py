@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from facezip.character.maps import angles
-from facezip.character.surface import FIRST_TILE
+from facezip.character.tiles import FIRST_TILE
 from scenes.character import Person, captures, make_character
 from scenes.face.capture import Nuisances, captured
 from scenes.face.expressions import EXPRESSIONS

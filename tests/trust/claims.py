@@ -9,11 +9,14 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from facezip import FaceZipError, load_character, read_pack, save_character, write_pack
+from facezip import FaceZipError
+from facezip.character.loading import load_character, save_character
 from facezip.files.glb import Glb
 from facezip.files.images import read_texture
 from facezip.files.obj import read_obj
 from facezip.pack.manifest import FILE_NAME
+from facezip.pack.read import read_pack
+from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_character, random_model
 from tests.trust.children import in_child, memory_above
 from tests.trust.findings import Row

@@ -7,8 +7,9 @@ from collections.abc import Callable, Iterator
 from itertools import combinations
 from pathlib import Path
 
-from facezip import FaceZipError, read_surface
+from facezip import FaceZipError
 from facezip.pack.manifest import FILE_NAME
+from facezip.pack.read import read_pack
 from tests.trust import mutations
 from tests.trust.children import in_child
 from tests.trust.findings import Row
@@ -131,7 +132,7 @@ def _verdict(work: Path, golden: Path, damage: Damage) -> str:
     shutil.copytree(golden, pack)
     damage(pack)
     try:
-        read_surface(pack)
+        read_pack(pack)
     except FaceZipError:
         return ""
     except BaseException as error:

@@ -18,19 +18,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from facezip import (
-    FaceZipError,
-    load_character,
-    load_surface,
-    read_pack,
-    read_surface,
-    save_character,
-    save_surface,
-)
+from facezip import FaceZipError
 from facezip.character.layout import SETTINGS
+from facezip.character.loading import load_character, save_character
 from facezip.files.images import read_texture
 from facezip.files.obj import read_obj
 from facezip.pack.manifest import FILE_NAME
+from facezip.pack.read import read_pack
 from tests.facezip.conftest import random_character
 from tests.facezip.surfaces import random_surface
 from tests.trust import mutations
@@ -68,7 +62,7 @@ READERS: dict[str, Callable[[Path], Any]] = {
     "signed pack": lambda file: read_signed(file),
     "glb": load_character,
     "character": lambda file: load_character(file.parent),
-    "surface": lambda file: load_surface(file.parent),
+    "surface": lambda file: load_character(file.parent),
 }
 
 
@@ -78,7 +72,7 @@ def read_signed(manifest: Path) -> None:
         rb'"sha256": "[0-9a-f]{64}",\n "format"', b'"sha256": "' + b"0" * 64 + b'",\n "format"', manifest.read_bytes()
     )
     manifest.write_bytes(blank.replace(b"0" * 64, hashlib.sha256(blank).hexdigest().encode(), 1))
-    read_surface(manifest.parent)
+    read_pack(manifest.parent)
 
 
 def make_corpus(work: Path) -> dict[str, list[Path]]:
@@ -96,7 +90,7 @@ def make_corpus(work: Path) -> dict[str, list[Path]]:
     for golden in (GOLDEN, LAYERED):
         shutil.copytree(golden, work / golden.parent.name)
     save_character(random_character(side=16, grid=3, expressions=2), work / "glb" / "sheet.glb")
-    save_surface(random_surface(side=16, expressions=2, tiles=(2, 1)), work / "surface")
+    save_character(random_surface(side=16, expressions=2, tiles=(2, 1)), work / "surface")
     (work / "surface" / SETTINGS).write_text(LAYOUT, encoding="utf-8")
     character = sorted((work / "character").iterdir())
     return {

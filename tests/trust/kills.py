@@ -12,10 +12,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from facezip import FaceZipError, compress, read_pack, save_character, write_pack
+from facezip import FaceZipError, compress
+from facezip.character.loading import save_character
 from facezip.errors import ErrorCode
 from facezip.files import renaming
 from facezip.pack.manifest import FILE_NAME
+from facezip.pack.read import read_pack
+from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_character, random_model
 from tests.trust.children import command, in_child, start_child
 from tests.trust.findings import Row

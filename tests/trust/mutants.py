@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 
-from facezip import compress, load_character, save_character
+from facezip import compress
+from facezip.character.loading import load_character, save_character
 from facezip.errors import ExitCode
 from tests.facezip.conftest import random_character
 from tests.trust import mutations

@@ -9,9 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from facezip import FaceZipError, read_pack, save_character, write_pack
+from facezip import FaceZipError
+from facezip.character.loading import save_character
 from facezip.export.web import export_web
 from facezip.files.names import is_safe_name
+from facezip.pack.read import read_pack
+from facezip.pack.write import write_pack
 from render.validation import Settings, validate
 from reports.paper.experiments import Settings as PaperSettings
 from reports.paper.report import write_paper_report

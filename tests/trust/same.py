@@ -10,7 +10,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from facezip import save_character
+from facezip.character.loading import save_character
 from facezip.machine.cores import use_cores
 from tests.facezip.conftest import random_character
 from tests.trust.findings import Row

@@ -14,14 +14,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from facezip.batch.workers import Crew, crew
-from facezip.character.scans import save_character
+from facezip.character.loading import save_character
 from facezip.commands import options
 from facezip.commands.batch import compress_unless_finished
-from facezip.commands.compress import DEFAULTS, compress_into
+from facezip.commands.fit_options import DEFAULTS, request_of
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.fit.pipeline import compress_into
 from facezip.machine.conditions import conditions
 from facezip.machine.progress import track
-from facezip.pack.version_1 import verify_pack
+from facezip.pack.verification import verify_pack
 
 if TYPE_CHECKING:
     from distributed import LocalCluster
@@ -88,7 +89,7 @@ def _measured(work: Path, scans: list[Path], workers: int) -> dict[str, Any]:
     seconds: dict[str, float] = {}
     with _clocked(seconds, "serial"):
         for folder in track(scans, "One by one", len(scans)):
-            compress_into(folder, work / "serial" / f"{folder.name}.facezip", settings, overwrite=False)
+            compress_into(folder, work / "serial" / f"{folder.name}.facezip", request_of(settings))
     with _clocked(seconds, "pool"), crew(workers, None, len(scans)) as hands:
         _compress(replace(hands, threads=1), scans, work / "pool", settings)
     with _clocked(seconds, "dask"), _cluster(workers) as cluster, crew(None, cluster.scheduler_address, 1) as hands:

@@ -8,9 +8,10 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from facezip.character.scans import Character, load_character, save_character
+from facezip.character.loading import load_character, save_character
+from facezip.character.scans import Character
 from facezip.commands import options
-from facezip.commands.options import megabytes
+from facezip.commands.words import megabytes
 from facezip.fit.timing import bench_compress
 from facezip.machine.conditions import conditions
 
@@ -55,10 +56,10 @@ def command(
     document["conditions"] = {
         **conditions(LIBRARIES),
         "character": scans.name if character else "embedded",
-        "resolution": list(scans.resolution),
+        "resolution": list(scans.first.resolution),
         "expressions": len(scans.expressions),
-        "channels": scans.neutral.shape[2],
-        "texels": str(scans.neutral.dtype),
+        "channels": scans.first.neutral.shape[2],
+        "texels": str(scans.first.neutral.dtype),
         "seed": None if character else seed,
         "method": "facezip compress with its defaults",
         "memory": memory,

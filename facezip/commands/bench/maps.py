@@ -7,10 +7,10 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from facezip.character.folder import load_surface
-from facezip.character.surface import Surface
+from facezip.character.loading import load_character
+from facezip.character.scans import Character
 from facezip.commands import options
-from facezip.commands.options import megabytes
+from facezip.commands.words import megabytes
 from facezip.fit.sharing import compare_sharing
 from facezip.machine.conditions import conditions
 
@@ -41,16 +41,16 @@ def command(
     if character and ParameterSource.COMMANDLINE in given:
         reason = "--resolution, --expressions, --seed and --nuisances are of the embedded character: leave those out"
         raise click.UsageError(reason)
-    surface = load_surface(character) if character else _embedded(resolution, expressions, seed, nuisances)
+    scans = load_character(character) if character else _embedded(resolution, expressions, seed, nuisances)
     document = {
-        "maps": [kind.name for kind in surface.maps],
-        "ways": compare_sharing(surface),
+        "maps": [kind.name for kind in scans.maps],
+        "ways": compare_sharing(scans),
         "conditions": {
             **conditions(("facezip", "numpy", "numba")),
-            "character": surface.whole.name if character else "embedded",
-            "resolution": list(surface.whole.resolution),
-            "tiles": list(surface.tiles),
-            "expressions": len(surface.whole.expressions),
+            "character": scans.name if character else "embedded",
+            "resolution": list(scans.first.resolution),
+            "tiles": list(scans.tiles),
+            "expressions": len(scans.expressions),
             "seed": None if character else seed,
             "nuisances": None if character else nuisances,
             "map_weights": "1 each: the differences of every map count alike in sum",
@@ -59,7 +59,7 @@ def command(
     options.answer(document, as_json, lambda: _lines(document))
 
 
-def _embedded(resolution: int, expressions: int, seed: int, nuisances: float) -> Surface:
+def _embedded(resolution: int, expressions: int, seed: int, nuisances: float) -> Character:
     from scenes.surface import make_surface
 
     return make_surface(resolution, expressions, seed, nuisances)

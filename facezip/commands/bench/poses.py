@@ -1,13 +1,13 @@
 """The renders that ``bench render`` and ``bench metrics`` share: their options, textures and conditions."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from facezip.character.scans import Character, load_character
+from facezip.character.loading import load_character
+from facezip.character.scans import Character
 from facezip.commands import options
 from facezip.fit.methods import compress
 from facezip.machine.conditions import conditions
@@ -47,11 +47,8 @@ def make_poses(character: Path | None, packs: int, expressions: int, seed: int) 
     from scenes.character import make_character
 
     scans = load_character(character) if character else make_character(TEXELS, max(expressions, packs + 2), seed)
-    model = compress(scans, method="pca", differences=packs)
-    models = [
-        replace(model, differences=model.differences[:count], weights=model.weights[..., :count])
-        for count in range(1, packs + 1)
-    ]
+    # With orthonormal weights, fewer components are the first of more.
+    models = [compress(scans, method="pca", differences=count) for count in range(1, packs + 1)]
     return scans, [
         Pose(scans.mesh_vertices(name), [scans.texture(name), *(one.reconstruct(name) for one in models)])
         for name in scans.expressions[:expressions]
@@ -64,7 +61,7 @@ def stated(scans: Character, poses: "list[Pose]", settings: "Settings") -> dict[
         **conditions(LIBRARIES),
         **settings.resolved,
         "character": scans.name,
-        "texels": list(scans.resolution),
+        "texels": list(scans.first.resolution),
         "expressions": len(poses),
         "packs": len(poses[0].textures) - 1,
     }

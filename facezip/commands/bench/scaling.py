@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from facezip.character.scans import save_character
+from facezip.character.loading import save_character
 from facezip.commands import options
 from facezip.commands.bench.compress import LIBRARIES, TINY
 from facezip.files.writing import whole_folder

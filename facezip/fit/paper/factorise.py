@@ -4,25 +4,25 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from facezip.character.scans import Character
-from facezip.fit.paper.fragments import differences_of_row, texel_scale
+from facezip.character.scans import Stack
+from facezip.fit.paper.fragments import differences_of_row
 from facezip.fit.paper.masks import Masks, masks_at
 from facezip.machine import memory
 from facezip.machine.rows import map_rows
 
 
-def difference_textures(character: Character, masks: Masks, shares: NDArray[np.float32]) -> NDArray[np.float32]:
+def difference_textures(stack: Stack, masks: Masks, shares: NDArray[np.float32]) -> NDArray[np.float32]:
     """Equation (5): ``(R, H, W, C)``, D_i = Σ_k M_k Σ_n shares[k, i, n] (I_n - I_0).
 
     Parameters
     ----------
-    character : the textures.
+    stack : the textures.
     masks : K masks.
     shares : ``(K, R, N)``, the part of expression n in the fragment of mask k that texture i takes.
     """
-    height, width = character.resolution
-    out = memory.empty((shares.shape[1], height, width, character.neutral.shape[2]), np.float32)
-    stored = character.textures, character.neutral, texel_scale(character)
+    height, width = stack.resolution
+    out = memory.empty((shares.shape[1], height, width, stack.neutral.shape[2]), np.float32)
+    stored = stack.textures, stack.neutral, stack.scale
 
     def block(top: int, bottom: int) -> None:
         _stitch(top, bottom, *stored, shares, masks.first, masks.active, *masks.lookup, out)

@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from facezip.character.scans import Character
+from facezip.character.scans import Stack
 from facezip.fit.paper.masks import Masks, masks_at
 from facezip.machine.progress import track
 from facezip.machine.rows import sum_rows
@@ -24,25 +24,18 @@ if TYPE_CHECKING:
 STARTS = 10
 
 
-def texel_scale(character: Character) -> np.float32:
-    """The factor from stored texel differences to values in [0, 1]."""
-    dtype = character.neutral.dtype
-    return np.float32(1 if dtype.kind == "f" else 1 / np.iinfo(str(dtype)).max)
-
-
-def masked_gram(character: Character, masks: Masks) -> NDArray[np.float64]:
+def masked_gram(stack: Stack, masks: Masks) -> NDArray[np.float64]:
     """Gram matrices of the fragments of every mask: ``(K, N, N)``, G_k[n, m] = Σ_p M_k(p)² ⟨D_n(p), D_m(p)⟩.
 
     ``D_n = I_n - I_0`` in [0, 1]; the fragments are those of equation (2).
     """
-    n = len(character.expressions)
-    scale = texel_scale(character)
-    stored = character.textures, character.neutral, scale
+    n = len(stack.textures)
+    stored = stack.textures, stack.neutral, stack.scale
 
     def block(top: int, bottom: int) -> NDArray[np.float64]:
         return _masked_gram(top, bottom, *stored, masks.first, masks.active, *masks.lookup)
 
-    packed = sum_rows(block, character.resolution[0])
+    packed = sum_rows(block, stack.resolution[0])
     return _unpack(packed, n)
 
 

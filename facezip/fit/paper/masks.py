@@ -1,6 +1,5 @@
 """Smooth masks on the face: Poisson-disk samples and biharmonic functions between them (paper §3.1, Figure 4)."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +10,9 @@ from scipy.ndimage import distance_transform_edt
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
+from facezip.character.maps import Key
 from facezip.character.raster import Raster, rasterise
-from facezip.character.scans import Character
+from facezip.character.scans import Character, Stack
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.machine.rows import map_rows
 
@@ -74,46 +74,38 @@ class Masks:
         return np.ascontiguousarray(np.moveaxis(_fill_empty(blocks), 2, 0))
 
 
-def compute_masks(character: Character, count: int, seed: int) -> Masks:
-    """``count`` masks on the character's face region, the same for the same seed.
+def compute_masks(character: Character, count: int, seed: int) -> dict[Key, Masks]:
+    """``count`` masks on the character's face region, for each map on each tile, the same for the same seed.
+
+    They live on the mesh, and so are continuous over the borders of tiles and alike at every resolution.
 
     Raises
     ------
     FaceZipError
         ``TOO_MANY_MASKS``: the region has fewer distinct vertices than masks were asked for.
     """
-    return compute_shared_masks([character], count, seed)[0]
+    neutral, faces = character.meshes.neutral, character.meshes.topology.faces
+    # Maps of one size on a tile see the mesh alike.
+    places = {key: (key[1], stack.resolution) for key, stack in character.stacks.items()}
+    rasters = {place: rasterise(character.chart(place[0]), place[1]) for place in {*places.values()}}
+    shown = [face_region(character, stack, rasters[places[key]]) for key, stack in character.stacks.items()]
+    region = np.any(shown, axis=0)
+    samples = poisson_disk_samples(neutral, region, count, seed)
+    values = biharmonic(neutral, faces, region, samples)
+    first, active = _active_masks(values, faces)
+    masks = {place: Masks(samples, values, raster.dilated(), first, active) for place, raster in rasters.items()}
+    return {key: masks[place] for key, place in places.items()}
 
 
-def compute_shared_masks(parts: Sequence[Character], count: int, seed: int) -> list[Masks]:
-    """``count`` masks on one face, seen by each of several texture tiles or sizes: continuous over tile borders.
-
-    Parameters
-    ----------
-    parts : share vertices and faces; each has its own place in UV, resolution and mask.
-
-    Raises
-    ------
-    FaceZipError
-        ``TOO_MANY_MASKS``, as :func:`compute_masks`.
-    """
-    whole = parts[0]
-    rasters = [rasterise(part.topology, part.resolution) for part in parts]
-    region = np.any([face_region(*part) for part in zip(parts, rasters, strict=True)], axis=0)
-    samples = poisson_disk_samples(whole.neutral_vertices, region, count, seed)
-    values = biharmonic(whole.neutral_vertices, whole.topology.faces, region, samples)
-    first, active = _active_masks(values, whole.topology.faces)
-    return [Masks(samples, values, raster.dilated(), first, active) for raster in rasters]
-
-
-def face_region(character: Character, raster: Raster) -> NDArray[np.bool_]:
-    """``(V,)``: the vertices of triangles that the character's mask shows; all vertices of faces without a mask."""
-    shown = np.zeros(len(character.neutral_vertices), bool)
-    if character.mask is None:
-        shown[character.topology.faces] = True
+def face_region(character: Character, stack: Stack, raster: Raster) -> NDArray[np.bool_]:
+    """``(V,)``: the vertices of triangles that the stack's mask shows; all vertices of faces without a mask."""
+    faces = character.meshes.topology.faces
+    shown = np.zeros(len(character.meshes.neutral), bool)
+    if stack.mask is None:
+        shown[faces] = True
         return shown
-    visible = np.unique(raster.face[(character.mask > 0.5) & raster.covered])
-    shown[character.topology.faces[visible]] = True
+    visible = np.unique(raster.face[(stack.mask > 0.5) & raster.covered])
+    shown[faces[visible]] = True
     return shown
 
 

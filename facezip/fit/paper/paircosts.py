@@ -9,25 +9,25 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import sparse
 
-from facezip.character.scans import Character
-from facezip.fit.paper.fragments import differences_of_row, texel_scale
+from facezip.character.scans import Stack
+from facezip.fit.paper.fragments import differences_of_row
 from facezip.fit.paper.masks import Masks, masks_at
 from facezip.machine.rows import sum_rows
 
 
-def pair_costs(character: Character, masks: Masks, labels: NDArray[np.int32], clusters: int) -> NDArray[np.float64]:
+def pair_costs(stack: Stack, masks: Masks, labels: NDArray[np.int32], clusters: int) -> NDArray[np.float64]:
     """The table ``(K, K, R, R)``: Σ_p M_k²·M_l² ‖c_ak(p) - c_bl(p)‖², c_ak the mean difference of cluster a of mask k.
 
     These are the terms of equation (3): with the fragments' masks multiplied in, D''_akl = M_k·M_l·c_ak.
     """
     member = _membership(labels, clusters)
-    stored = character.textures, character.neutral, texel_scale(character)
+    stored = stack.textures, stack.neutral, stack.scale
     pair, first, second = _overlapping(masks)
 
     def block(top: int, bottom: int) -> NDArray[np.float64]:
         return _pair_costs(top, bottom, *stored, member, pair, len(first), masks.first, masks.active, *masks.lookup)
 
-    costs = sum_rows(block, character.resolution[0]).reshape(-1, clusters, clusters)
+    costs = sum_rows(block, stack.resolution[0]).reshape(-1, clusters, clusters)
     table = np.zeros((masks.count, masks.count, clusters, clusters))
     table[first, second] = costs
     table[second, first] = costs.transpose(0, 2, 1)

@@ -2,11 +2,10 @@
 
 import pytest
 
-from facezip import write_pack
 from facezip.batch import finished
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.pack.manifest import FILE_NAME
-from facezip.pack.version_2 import write_surface
+from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_model
 from tests.facezip.surfaces import random_surface
 
@@ -90,9 +89,9 @@ def test_a_spoilt_record_is_none(pack, anna, content):
 
 
 def test_packs_of_several_maps_are_found_again(pack, anna):
-    from facezip.fit.joint import compress_surface
+    from facezip.fit.methods import compress
 
-    write_surface(compress_surface(random_surface(expressions=3), method="pca"), pack)
+    write_pack(compress(random_surface(expressions=3), method="pca"), pack)
     finished.keep(pack, anna, "d", DOCUMENT)
     assert finished.find(pack, "d") == DOCUMENT
     assert finished.earlier(pack.parent, ()) == {"anna": {**DOCUMENT, "character": str(anna)}}

@@ -31,9 +31,9 @@ def moved(scans, texels):
     """The scans with one expression's content moved by the field, and the field on the grid."""
     field, n = smooth_field(texels), scans.index(MOVED)
     places = np.indices((SIDE, SIDE)) - field[::-1]
-    textures = scans.textures.copy()
+    textures = scans.first.textures.copy()
     for c in range(3):
-        shifted = map_coordinates(scans.textures[n, ..., c].astype(np.float32), places, order=3, mode="nearest")
+        shifted = map_coordinates(scans.first.textures[n, ..., c].astype(np.float32), places, order=3, mode="nearest")
         textures[n, ..., c] = np.clip(np.rint(shifted), 0, 255)
     half = SIDE // GRID // 2
     return replace(scans, textures=textures), np.moveaxis(field[:, half :: 2 * half, half :: 2 * half], 0, 2)
@@ -46,7 +46,7 @@ def error(alignment, truth):
 
 
 def test_a_texture_lies_on_itself(scans):
-    same = replace(scans, textures=np.repeat(scans.neutral[None], len(scans.expressions), axis=0))
+    same = replace(scans, textures=np.repeat(scans.first.neutral[None], len(scans.expressions), axis=0))
     for alignment in alignments(same).values():
         assert np.abs(alignment.displacement).max() < 1e-6
         assert alignment.known > 0.5
@@ -109,7 +109,7 @@ def test_registration_takes_back_what_was_moved_and_leaves_the_rest(scans):
     assert set(names) == {name for name, alignment in found.items() if alignment.rms > LEAST}
     for name in set(scans.expressions) - set(names):
         np.testing.assert_array_equal(back.texture(name), other.texture(name))
-    n, face = scans.index(MOVED), scans.mask > 0.5
-    gaps = [np.std(some.textures[n][face] - scans.textures[n][face].astype(np.float32)) for some in (back, other)]
+    n, face = scans.index(MOVED), scans.first.mask > 0.5
+    gaps = [np.std(some.textures[n][face] - scans.first.textures[n][face].astype(np.float32)) for some in (back, other)]
     assert gaps[0] < 0.4 * gaps[1]
     assert alignments(back, [MOVED])[MOVED].rms < 0.3

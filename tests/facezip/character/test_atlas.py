@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from facezip.character.atlas import Atlas
-from facezip.character.surface import FIRST_TILE, shifted
+from facezip.character.tiles import FIRST_TILE, Atlas, shifted
 from scenes.surface import in_tiles
 from tests.facezip.surfaces import random_surface
 

@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip import ErrorCode, FaceZipError, load_character, load_surface, save_character, save_surface
+from facezip import ErrorCode, FaceZipError
+from facezip.character.loading import load_character, save_character
 from facezip.character.maps import angles
-from facezip.character.surface import FIRST_TILE
+from facezip.character.tiles import FIRST_TILE
 from facezip.files.images import write_texture
 from facezip.files.obj import write_obj
 from tests.facezip.conftest import random_character
@@ -17,13 +18,13 @@ from tests.facezip.surfaces import random_surface, write_floats
 
 @pytest.fixture
 def folder(tmp_path, surface):
-    save_surface(surface, tmp_path / "scans")
+    save_character(surface, tmp_path / "scans")
     return tmp_path / "scans"
 
 
 def refused(folder, code, **options):
     with pytest.raises(FaceZipError) as caught:
-        load_surface(folder, **options)
+        load_character(folder, **options)
     assert caught.value.code is code
     assert "\n" not in str(caught.value)
     return str(caught.value)
@@ -32,8 +33,8 @@ def refused(folder, code, **options):
 @pytest.mark.parametrize("tiles", [(1, 1), (2, 1), (2, 2)])
 def test_what_is_saved_is_read_back(tmp_path, tiles):
     surface = random_surface(maps=("normal", "roughness", "specular", "cavity"), tiles=tiles)
-    save_surface(surface, tmp_path / "scans")
-    back = load_surface(tmp_path / "scans")
+    save_character(surface, tmp_path / "scans")
+    back = load_character(tmp_path / "scans")
     assert [kind.name for kind in back.maps] == ["albedo", "cavity", "normal", "roughness", "specular"]
     assert back.tiles == surface.tiles
     assert back.neutral_bits == surface.neutral_bits
@@ -49,7 +50,7 @@ def test_what_is_saved_is_read_back(tmp_path, tiles):
 
 def test_a_folder_without_further_maps_is_an_ordinary_character(tmp_path):
     save_character(random_character(), tmp_path / "scans")
-    surface = load_surface(tmp_path / "scans")
+    surface = load_character(tmp_path / "scans")
     assert surface.ordinary
     np.testing.assert_array_equal(surface.whole.textures, load_character(tmp_path / "scans").textures)
 
@@ -59,7 +60,7 @@ def test_a_character_of_one_tile_is_its_albedo(folder, surface):
 
 
 def test_a_character_of_several_tiles_is_refused_where_one_is_taken(tmp_path):
-    save_surface(random_surface(tiles=(2, 1)), tmp_path / "scans")
+    save_character(random_surface(tiles=(2, 1)), tmp_path / "scans")
     with pytest.raises(FaceZipError, match="2 UDIM tiles"):
         load_character(tmp_path / "scans")
 
@@ -68,8 +69,8 @@ def test_a_name_that_a_mesh_has_is_an_expressions_name(tmp_path):
     character = random_character(expressions=2)
     named = replace(character, expressions=("a", "a.normal"))
     save_character(named, tmp_path / "scans")
-    assert load_surface(tmp_path / "scans").ordinary
-    assert load_surface(tmp_path / "scans").whole.expressions == ("a", "a.normal")
+    assert load_character(tmp_path / "scans").ordinary
+    assert load_character(tmp_path / "scans").whole.expressions == ("a", "a.normal")
 
 
 def test_what_is_missing_is_named(folder):
@@ -96,7 +97,7 @@ def test_a_texture_without_a_mesh_is_named(folder):
     ],
 )
 def test_a_map_with_an_odd_name_is_told_what_there_is_and_what_is_nearest(tmp_path, behind, nearest, layered):
-    save_surface(random_surface(expressions=2, side=16, maps=("normal",) if layered else ()), tmp_path / "scans")
+    save_character(random_surface(expressions=2, side=16, maps=("normal",) if layered else ()), tmp_path / "scans")
     (tmp_path / "scans" / f"expr_0.{behind}.png").touch()
     message = refused(tmp_path / "scans", ErrorCode.BAD_CHARACTER)
     assert f"expr_0.{behind}.png: '{behind}' is no map of 'expr_0'" in message
@@ -117,7 +118,7 @@ def test_a_texture_of_another_size_is_refused(folder):
 def test_data_in_colour_is_refused_and_grey_data_is_one_channel(folder, surface):
     grey = np.repeat(surface.parts["roughness", FIRST_TILE].textures[2], 3, axis=2)
     write_texture(folder / "expr_2.roughness.png", grey)
-    assert load_surface(folder).parts["roughness", FIRST_TILE].neutral.shape[2] == 1
+    assert load_character(folder).parts["roughness", FIRST_TILE].neutral.shape[2] == 1
     grey[0, 0, 1] ^= 1
     write_texture(folder / "expr_2.roughness.png", grey)
     assert "channels differ" in refused(folder, ErrorCode.BAD_TEXELS)
@@ -133,7 +134,7 @@ def test_what_is_no_normal_is_refused_on_the_face_and_flat_beside_it(folder, row
     mask = np.full((64, 64, 1), 255, np.uint8)
     mask[row, 3] = 0
     write_texture(folder / "mask.png", mask)
-    part = load_surface(folder).parts["normal", FIRST_TILE]
+    part = load_character(folder).parts["normal", FIRST_TILE]
     np.testing.assert_allclose(part.texture("expr_2")[row, 3], 0.5, atol=1e-4)
 
 
@@ -147,15 +148,15 @@ def test_floats_beyond_the_range_are_refused_or_kept_never_clipped(tmp_path, kin
     for name, texels in values.items():
         write_floats(folder / f"{name}.cavity.exr", texels.astype(np.float32), kind)
     assert "--float" in refused(folder, ErrorCode.BAD_TEXELS)
-    surface = load_surface(folder, keep_floats=True)
+    surface = load_character(folder, keep_floats=True)
     cavity = surface.maps[1]
     assert (cavity.low, cavity.high) == (min(map(np.min, values.values())), max(map(np.max, values.values())))
     for name, texels in values.items():
         np.testing.assert_allclose(
             cavity.values(surface.parts["cavity", FIRST_TILE].texture(name)), texels.astype(np.float32), atol=1e-5
         )
-    save_surface(surface, tmp_path / "again")
-    again = load_surface(tmp_path / "again", keep_floats=True)
+    save_character(surface, tmp_path / "again")
+    again = load_character(tmp_path / "again", keep_floats=True)
     np.testing.assert_allclose(
         again.parts["cavity", FIRST_TILE].textures, surface.parts["cavity", FIRST_TILE].textures, atol=1e-5
     )
@@ -166,7 +167,7 @@ def test_data_in_a_float_file_is_no_colour(tmp_path):
     save_character(random_character(expressions=2, side=32), folder)
     for name in ("neutral", "expr_0", "expr_1"):
         write_floats(folder / f"{name}.roughness.exr", np.full((32, 32, 1), 0.25, np.float32))
-    assert (load_surface(folder).parts["roughness", FIRST_TILE].textures == 0.25).all()
+    assert (load_character(folder).parts["roughness", FIRST_TILE].textures == 0.25).all()
 
 
 def test_what_is_not_finite_is_refused_where_it_is(folder):
@@ -186,7 +187,7 @@ def test_normals_in_float_files_may_have_signs(tmp_path, shift):
         write_floats(
             folder / f"{name}.normal.exr", np.tile(vector * (1 - shift) + shift, (32, 32, 1)).astype(np.float32)
         )
-    surface = load_surface(folder)
+    surface = load_character(folder)
     found = surface.maps[1].values(surface.parts["normal", FIRST_TILE].neutral)
     np.testing.assert_allclose(found, np.broadcast_to(vector, found.shape), atol=1e-6)
 
@@ -211,7 +212,7 @@ float = true
 
 def test_character_toml_says_what_is_where(tmp_path):
     surface = random_surface(maps=("normal",), tiles=(2, 1), expressions=2)
-    save_surface(surface, tmp_path / "flat")
+    save_character(surface, tmp_path / "flat")
     folder = tmp_path / "scans"
     for place in ("geometry", "color", "disp", "masks"):
         (folder / place).mkdir(parents=True)
@@ -225,7 +226,7 @@ def test_character_toml_says_what_is_where(tmp_path):
             write_floats(folder / "disp" / f"{name}.{tile}.exr", np.full((64, 32, 1), tile - 1000.5, np.float32))
     write_texture(folder / "masks" / "1001.png", np.full((64, 32, 1), 255, np.uint8))
     (folder / "character.toml").write_text(SETTINGS)
-    back = load_surface(folder)
+    back = load_character(folder)
     assert [kind.name for kind in back.maps] == ["albedo", "displacement", "normal"]
     assert (back.maps[1].low, back.maps[1].high) == (0, 1.5)
     np.testing.assert_array_equal(back.parts["albedo", 1002].textures, surface.parts["albedo", 1002].textures)
@@ -258,10 +259,10 @@ def test_a_character_toml_that_makes_no_sense_is_refused(folder, text):
 
 def test_a_mask_of_a_tile_may_be_black(tmp_path):
     surface = random_surface(tiles=(2, 1), expressions=2)
-    save_surface(surface, tmp_path / "scans")
+    save_character(surface, tmp_path / "scans")
     for tile, value in ((1001, 255), (1002, 0)):
         write_texture(tmp_path / "scans" / f"mask.{tile}.png", np.full((64, 32, 1), value, np.uint8))
-    parts = load_surface(tmp_path / "scans").parts
+    parts = load_character(tmp_path / "scans").parts
     assert parts["normal", 1002].mask.max() == 0
     assert parts["normal", 1001].mask.min() == 1
 

@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip import FaceZipError, load_character, save_character
+from facezip import FaceZipError
 from facezip.character.gltf import add_mesh, start
 from facezip.character.gltf_file import VARIANTS
+from facezip.character.loading import load_character, save_character
+from facezip.character.meshes import Meshes
 from facezip.files.glb import Glb
 from facezip.files.obj import Topology
-from facezip.pack.model import Meshes
 from tests.facezip.conftest import grid_topology, random_character
 
 
@@ -50,11 +51,11 @@ def same(a, b):
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
 def test_a_character_reads_back(scans, tmp_path, dtype):
     wide = random_character(side=16, grid=5, expressions=3, dtype=dtype)
-    scans = replace(wide, mask=scans.mask)
+    scans = replace(wide, mask=scans.first.mask)
     save_character(scans, tmp_path / "sheet.glb")
     back = load_character(tmp_path / "sheet.glb")
     same(back, scans)
-    np.testing.assert_array_equal(back.mask, scans.mask)
+    np.testing.assert_array_equal(back.mask, scans.first.mask)
     assert back.name == "sheet"
     assert [entry.name for entry in tmp_path.iterdir()] == ["sheet.glb"]
 
@@ -64,16 +65,16 @@ def test_float_textures_are_kept_to_16_bits(tmp_path):
     save_character(scans, tmp_path / "sheet.glb")
     back = load_character(tmp_path / "sheet.glb")
     assert back.textures.dtype == np.uint16
-    np.testing.assert_allclose(back.textures / 65535, scans.textures, atol=1 / 65535)
+    np.testing.assert_allclose(back.textures / 65535, scans.first.textures, atol=1 / 65535)
 
 
 def test_seams_are_welded_again(scans, tmp_path):
-    seam = scans.topology.face_uv.copy()
+    seam = scans.meshes.topology.face_uv.copy()
     seam[0, 0] = 24
-    scans = replace(scans, topology=replace(scans.topology, face_uv=seam))
+    scans = replace(scans, topology=replace(scans.meshes.topology, face_uv=seam))
     save_character(scans, tmp_path / "sheet.glb")
     back = load_character(tmp_path / "sheet.glb")
-    assert len(back.neutral_vertices) == len(scans.neutral_vertices)
+    assert len(back.neutral_vertices) == len(scans.meshes.neutral)
     same(back, scans)
 
 
@@ -124,7 +125,7 @@ def test_a_node_that_turns_the_mesh_is_followed_and_its_unit_is_not(file, scans)
     same(load_character(file), scans)
     rewrite(file, lambda document: document["nodes"][0].update(rotation=[half, 0, 0, half]))
     turned = load_character(file).neutral_vertices
-    np.testing.assert_allclose(turned, scans.neutral_vertices[:, [0, 2, 1]] * [1, -1, 1], atol=1e-5)
+    np.testing.assert_allclose(turned, scans.meshes.neutral[:, [0, 2, 1]] * [1, -1, 1], atol=1e-5)
 
 
 def test_targets_may_be_whole_or_normalised_integers(file, scans):
@@ -138,7 +139,7 @@ def test_targets_may_be_whole_or_normalised_integers(file, scans):
     content[view["byteOffset"] : view["byteOffset"] + len(short)] = short
     file.write_bytes(Glb(glb.document, bytes(content)).to_bytes())
     back = load_character(file)
-    corners = back.topology.uv[back.topology.face_uv], scans.topology.uv[scans.topology.face_uv]
+    corners = back.topology.uv[back.topology.face_uv], scans.meshes.topology.uv[scans.meshes.topology.face_uv]
     np.testing.assert_allclose(*corners, atol=1e-4)
 
 

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from facezip.character.maps import KNOWN, MapKind, angles, is_map_name, normals_of
+from facezip.character.maps import KNOWN, Map, angles, is_map_name, normals_of
 from facezip.character.neutrals import packed_neutral, unpacked_neutral
 
-KINDS = [*KNOWN.values(), MapKind("displacement", "data", -3.0, 5.0)]
+KINDS = [*KNOWN.values(), Map("displacement", "data", -3.0, 5.0)]
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)

@@ -6,7 +6,7 @@ from facezip.errors import ErrorCode, FaceZipError
 
 
 def test_importance_multiplies_the_mask(character):
-    importance = np.random.default_rng(0).random(character.resolution).astype(np.float32)
+    importance = np.random.default_rng(0).random(character.first.resolution).astype(np.float32)
     np.testing.assert_array_equal(samples_of(character, importance).importance, importance)
 
 
@@ -26,7 +26,7 @@ def test_thinned_texels_are_texels_of_the_texture(character):
 )
 def test_an_importance_that_is_none_is_refused(character, value, code):
     with pytest.raises(FaceZipError) as error:
-        samples_of(character, np.full(character.resolution, value, np.float32))
+        samples_of(character, np.full(character.first.resolution, value, np.float32))
     assert error.value.code == code
 
 

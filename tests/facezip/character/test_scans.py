@@ -3,10 +3,12 @@ import shutil
 import numpy as np
 import pytest
 
-from facezip import FaceZipError, compress, load_character, save_character, write_pack
+from facezip import FaceZipError, compress
+from facezip.character.loading import load_character, save_character
 from facezip.errors import ErrorCode
 from facezip.files.images import write_texture
 from facezip.files.obj import write_obj
+from facezip.pack.write import write_pack
 from tests.facezip.conftest import grid_topology, random_character
 
 
@@ -22,8 +24,8 @@ def test_a_character_reads_back_as_it_was_saved(tmp_path, dtype):
     save_character(character, tmp_path / "sheet")
     back = load_character(tmp_path / "sheet")
     assert (back.name, back.expressions) == (character.name, character.expressions)
-    np.testing.assert_array_equal(back.vertices, character.vertices)
-    np.testing.assert_allclose(back.textures, character.textures, atol=1e-6)
+    np.testing.assert_array_equal(back.vertices, character.meshes.vertices)
+    np.testing.assert_allclose(back.textures, character.first.textures, atol=1e-6)
     assert back.textures.dtype == dtype
 
 

@@ -3,15 +3,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip import write_pack
-from facezip.character.maps import KNOWN, MapKind, normals_of
+from facezip.character.maps import KNOWN, Map, normals_of
 from facezip.pack.model import CompressedTextures
-from facezip.pack.surface_model import CompressedSurface
+from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_model
 
 # Three of them fill a sheet, and one has a range of its own.
 KINDS = (
-    KNOWN["albedo"], MapKind("cavity", "data", -2.0, 3.0), KNOWN["normal"], KNOWN["roughness"], KNOWN["specular"],
+    KNOWN["albedo"], Map("cavity", "data", -2.0, 3.0), KNOWN["normal"], KNOWN["roughness"], KNOWN["specular"],
 )  # fmt: skip
 
 
@@ -55,7 +54,7 @@ def layered_model(model=random_model, kinds=KINDS, tiles=(1001,), **options):
             )
     uv = whole.meshes.topology.uv * np.array([len(tiles), 1], np.float32)
     meshes = replace(whole.meshes, topology=replace(whole.meshes.topology, uv=uv))
-    return CompressedSurface(kinds, parts, meshes)
+    return CompressedTextures(kinds, parts, meshes)
 
 
 @pytest.fixture(scope="module")

@@ -14,15 +14,16 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 
-from facezip import load_surface, read_surface
 from facezip.blocks.codecs import bc7, raw
+from facezip.character.loading import load_character
 from facezip.character.neutrals import unpacked_neutral
 from facezip.export.levels import averaged_levels, fitted_levels
 from facezip.export.measured import codec_errors, measure_of
 from facezip.export.mips import Pyramid, targets
 from facezip.export.sheets import in_sheets
 from facezip.export.source import read_source
-from facezip.pack.errors import surface_errors
+from facezip.pack.errors import model_errors
+from facezip.pack.read import read_pack
 
 
 def exported(surface, folder):
@@ -49,9 +50,9 @@ def exported(surface, folder):
 
 
 def to_originals(character, pack, folder):
-    scans, surface = load_surface(character), read_surface(pack)
+    scans, surface = load_character(character), read_pack(pack)
     for name, shown in (("pack", surface), ("export", exported(surface, Path(folder)))):
-        errors = surface_errors(scans, shown)
+        errors = model_errors(scans, shown)
         means = [f"{kind.name} {errors[kind.name][measure_of(kind)]:.3f}" for kind in scans.maps]
         print(f"{name:8s} to the originals: {', '.join(means)}")
 

@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip import read_pack, write_pack
 from facezip.character.gltf import split, vertex_normals
 from facezip.export import TARGETS
 from facezip.files.glb import Glb, GlbBuilder
+from facezip.pack.read import read_pack
+from facezip.pack.write import write_pack
 from tests.facezip.conftest import grid_topology, random_model
 from tests.facezip.export.conftest import smooth_model
 

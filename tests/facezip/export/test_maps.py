@@ -19,7 +19,8 @@ from facezip.export.sheets import Fill
 from facezip.export.source import read_source
 from facezip.files.images import decode_srgb, encode_srgb, read_texture_exactly
 from facezip.pack.model import blend_differences
-from facezip.pack.version_1 import read_pack, write_pack
+from facezip.pack.read import read_pack
+from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_model
 from tests.facezip.export.conftest import smooth_model
 

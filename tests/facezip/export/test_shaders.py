@@ -6,23 +6,23 @@ import re
 import numpy as np
 import pytest
 
-from facezip import read_surface
 from facezip.export import TARGETS
 from facezip.export.shaders import GLSL, HLSL, camel, identifier, number, shader
 from facezip.export.source import read_source
 from facezip.files.images import decode_srgb, read_texture_exactly
-from facezip.pack.surface_model import CompressedSurface
-from facezip.pack.version_2 import write_surface
+from facezip.pack.model import CompressedTextures
+from facezip.pack.read import read_pack
+from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_model
 from tests.facezip.export.conftest import KINDS, grey, layered_model
 from tests.facezip.export.gpu import Gpu, compile_glsl, hlsl_to_glsl
 
 MODELS = {
-    "four slots": CompressedSurface.of(random_model(meshes=True)),
-    "one slot": CompressedSurface.of(random_model(slots=1, meshes=True)),
-    "two layers": CompressedSurface.of(random_model(slots=5, expressions=7, meshes=True)),
-    "uniform weights": CompressedSurface.of(random_model(weights=(1, 1), meshes=True)),
-    "grey": CompressedSurface.of(grey(random_model(meshes=True))),
+    "four slots": CompressedTextures.of(random_model(meshes=True)),
+    "one slot": CompressedTextures.of(random_model(slots=1, meshes=True)),
+    "two layers": CompressedTextures.of(random_model(slots=5, expressions=7, meshes=True)),
+    "uniform weights": CompressedTextures.of(random_model(weights=(1, 1), meshes=True)),
+    "grey": CompressedTextures.of(grey(random_model(meshes=True))),
     "five maps": layered_model(),
     "normals alone, two layers": layered_model(kinds=(KINDS[0], KINDS[2]), slots=5),
     "three maps, uniform weights": layered_model(kinds=(KINDS[0], KINDS[2], KINDS[3]), weights=(1, 1)),
@@ -42,8 +42,8 @@ class Exported:
     """An export, its textures in memory as its engine keeps them, and a blend to compare with."""
 
     def __init__(self, model, target, folder, tile=1001):
-        write_surface(model, folder / "me.facezip")
-        self.folder, self.model = folder / target, read_surface(folder / "me.facezip")
+        write_pack(model, folder / "me.facezip")
+        self.folder, self.model = folder / target, read_pack(folder / "me.facezip")
         TARGETS[target](folder / "me.facezip", self.folder)
         if len(self.model.tiles) > 1:
             self.folder /= str(tile)
@@ -287,7 +287,7 @@ def test_unity_s_shaders_compile(model, tmp_path):
 
 def test_every_dialect_says_the_same(model, tmp_path):
     """One template: but for the words of the language, the text is the same."""
-    write_surface(model, tmp_path / "me.facezip")
+    write_pack(model, tmp_path / "me.facezip")
     (tile,) = read_source(tmp_path / "me.facezip").tiles
     glsl, hlsl = shader(tile, GLSL), shader(tile, HLSL)
     hlsl = hlsl.replace("SamplerState clamped, ", "").replace(", clamped, uv", ", uv").replace("Texture2D", "sampler2D")

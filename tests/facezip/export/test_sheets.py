@@ -7,10 +7,10 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from facezip import FaceZipError, read_surface
+from facezip import FaceZipError
 from facezip.blocks.codecs import bc7
-from facezip.character.maps import MAX_SLOPE, MapKind, angles, normals_of
-from facezip.character.surface import charts
+from facezip.character.maps import MAX_SLOPE, Map, angles, normals_of
+from facezip.character.tiles import charts
 from facezip.export import TARGETS
 from facezip.export.levels import averaged_levels
 from facezip.export.measured import codec_errors, mip_errors
@@ -18,9 +18,10 @@ from facezip.export.mips import Pyramid
 from facezip.export.source import read_source
 from facezip.files.glb import Glb
 from facezip.files.images import read_texture_exactly
-from facezip.fit.joint import compress_surface
+from facezip.fit.methods import compress
 from facezip.pack.model import bilinear_taps
-from facezip.pack.version_2 import write_surface
+from facezip.pack.read import read_pack
+from facezip.pack.write import write_pack
 from tests.facezip.conftest import grid_topology
 from tests.facezip.export.conftest import KINDS, layered_model, smooth_model
 from tests.facezip.export.test_maps import code
@@ -30,7 +31,7 @@ THREE = (KINDS[0], KINDS[2], KINDS[3])
 
 
 def written(model, folder):
-    write_surface(model, folder / "me.facezip")
+    write_pack(model, folder / "me.facezip")
     return folder / "me.facezip"
 
 
@@ -48,7 +49,7 @@ def exported(pack):
 @pytest.fixture(scope="module")
 def smooth(tmp_path_factory):
     """Albedo, normals and roughness of a sheet that change in the same places, as those of faces do."""
-    return written(compress_surface(random_surface(), weight_scale=16), tmp_path_factory.mktemp("packs"))
+    return written(compress(random_surface(), weight_scale=16), tmp_path_factory.mktemp("packs"))
 
 
 def straightforward(folder, blend, kind, read):
@@ -89,7 +90,7 @@ def reader(folder):
 
 
 def test_every_map_of_every_tile_is_there_by_the_document_alone(pack, exported):
-    model, blend = read_surface(pack), {"expr_0": 0.7, "expr_2": 0.4}
+    model, blend = read_pack(pack), {"expr_0": 0.7, "expr_2": 0.4}
     for tile in model.tiles:
         folder = exported / str(tile)
         for kind in model.maps:
@@ -121,7 +122,7 @@ def test_maps_that_differ_do_not_share(tmp_path, change):
         model = replace(model, parts={**model.parts, ("roughness", 1001): replace(other, weights=weights)})
     else:
         bits = {("roughness", 1001): 16}
-    write_surface(model, tmp_path / "me.facezip", neutral_bits=bits)
+    write_pack(model, tmp_path / "me.facezip", neutral_bits=bits)
     (tile,) = read_source(tmp_path / "me.facezip").tiles
     assert [sheet.name for sheet in tile.sheets] == ["", "normal", "roughness"]
     TARGETS["godot"](tmp_path / "me.facezip", tmp_path / "out")
@@ -141,7 +142,7 @@ def test_what_is_stored_is_read_back(pack):
 
 def test_openimageio_sees_blends_as_far_from_the_pack_as_is_stated(smooth, tmp_path):
     document = TARGETS["godot"](smooth, tmp_path / "out", textures="dds")
-    model, name = read_surface(smooth), "expr_1"
+    model, name = read_pack(smooth), "expr_1"
 
     def read(entry):
         image = oiio.ImageBuf(str(tmp_path / "out" / entry["file"]))
@@ -203,9 +204,9 @@ def test_the_glb_has_a_material_for_each_tile(pack, exported, node):
     glb = Glb.parse((exported / "head.glb").read_bytes())
     (mesh,) = glb.document["meshes"]
     assert [one["material"] for one in mesh["primitives"]] == [0, 1]
-    assert mesh["extras"]["targetNames"] == list(read_surface(pack).expressions)
+    assert mesh["extras"]["targetNames"] == list(read_pack(pack).expressions)
     faces = sum(len(glb.array(one["indices"])) // 3 for one in mesh["primitives"])
-    assert faces == len(read_surface(pack).meshes.topology.faces)
+    assert faces == len(read_pack(pack).meshes.topology.faces)
     for number, (one, material) in enumerate(zip(mesh["primitives"], glb.document["materials"], strict=True)):
         uv = glb.array(one["attributes"]["TEXCOORD_0"])
         # A triangle of the sheet lies across the border.
@@ -219,7 +220,7 @@ def test_three_js_shows_a_glb_of_several_maps(smooth, tmp_path, node):
     TARGETS["gltf"](smooth, tmp_path / "out")
     seen = node("three.mjs", tmp_path / "out" / "head.glb")
     assert seen["textured"]
-    assert seen["names"] == list(read_surface(smooth).expressions)
+    assert seen["names"] == list(read_pack(smooth).expressions)
 
 
 def test_every_face_goes_to_its_tile_or_the_nearest():
@@ -240,9 +241,9 @@ def test_every_face_goes_to_its_tile_or_the_nearest():
     ("kinds", "message"),
     [
         ((KINDS[2],), "no albedo"),
-        ((KINDS[0], MapKind("weights_of_hair", "data")), "weights_of_hair"),
-        ((KINDS[0], MapKind("a__b", "data")), "a__b"),
-        ((KINDS[0], MapKind("a", "data"), MapKind("a_b", "srgb"), MapKind("b", "data")), "a_b"),
+        ((KINDS[0], Map("weights_of_hair", "data")), "weights_of_hair"),
+        ((KINDS[0], Map("a__b", "data")), "a__b"),
+        ((KINDS[0], Map("a", "data"), Map("a_b", "srgb"), Map("b", "data")), "a_b"),
     ],
 )
 def test_what_no_material_takes_is_refused_in_one_line(tmp_path, kinds, message):
@@ -254,7 +255,7 @@ def test_what_no_material_takes_is_refused_in_one_line(tmp_path, kinds, message)
 
 
 def test_a_map_that_is_not_what_its_name_says_is_for_shaders_of_ones_own(tmp_path):
-    kinds = (KINDS[0], MapKind("normal", "data"), MapKind("roughness", "data", 0.0, 4.0))
+    kinds = (KINDS[0], Map("normal", "data"), Map("roughness", "data", 0.0, 4.0))
     pack = written(layered_model(kinds=kinds), tmp_path)
     for target in ("godot", "unity", "unreal", "gltf"):
         TARGETS[target](pack, tmp_path / target)

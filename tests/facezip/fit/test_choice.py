@@ -2,8 +2,8 @@ import pytest
 
 from facezip import ErrorCode, FaceZipError, choose, compress
 from facezip.fit.choice import Choice
-from facezip.fit.methods import WEIGHT_SCALES
-from facezip.pack.measure import mean_rmse, model_errors
+from facezip.fit.settings import WEIGHT_SCALES
+from facezip.pack.errors import mean_rmse, model_errors
 from facezip.pack.quantise import dequantise, quantise
 from tests.facezip.conftest import random_character
 

@@ -7,7 +7,7 @@ from facezip.blocks.codecs import astc, bc7, raw
 from facezip.fit.coded import coded_afterwards, fit_coded
 from facezip.fit.methods import compress
 from facezip.fit.storage import Storage
-from facezip.pack.measure import mean_rmse, texture_errors
+from facezip.pack.errors import mean_rmse, texture_errors
 from facezip.pack.quantise import quantise
 from tests.facezip.conftest import random_character, random_model
 
@@ -40,7 +40,7 @@ def test_it_is_the_same_every_time(character):
 
 
 def test_no_more_differences_than_expressions(character):
-    few = replace(character, expressions=character.expressions[:2], textures=character.textures[:2])
+    few = replace(character, expressions=character.expressions[:2], textures=character.first.textures[:2])
     assert len(fit_coded(few, 4, 8, ASTC).differences) == 2
 
 

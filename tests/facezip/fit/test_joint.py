@@ -5,16 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip import FaceZipError, compress, compress_surface
-from facezip.character.maps import KNOWN, MapKind
+from facezip import FaceZipError
+from facezip.character.maps import KNOWN, Map
 from facezip.character.samples import samples_of
-from facezip.character.surface import FIRST_TILE, Surface
-from facezip.fit.methods import METHODS
+from facezip.character.scans import Character
+from facezip.character.tiles import FIRST_TILE
+from facezip.fit.methods import METHODS, compress
 from facezip.fit.refine import joint_system
 from facezip.fit.sweep import solve_textures, weight_system
-from facezip.pack.errors import surface_errors
+from facezip.pack.errors import model_errors
+from facezip.pack.model import CompressedTextures
 from facezip.pack.quantise import dequantise, quantise
-from facezip.pack.surface_model import CompressedSurface
 from scenes.surface import in_tiles
 from tests.facezip.conftest import random_character
 from tests.facezip.surfaces import random_surface
@@ -24,22 +25,22 @@ FEW = {"masks": 6, "restarts": 5}
 
 def with_copy(character, change=lambda texels: texels):
     """The albedo, and the same texels, or changed ones, as another map."""
-    copy = replace(character, neutral=change(character.neutral), textures=change(character.textures))
-    kinds = (KNOWN["albedo"], MapKind("copy", "data"))
-    return Surface(character.topology, kinds, {("albedo", FIRST_TILE): character, ("copy", FIRST_TILE): copy})
+    copy = replace(character, neutral=change(character.first.neutral), textures=change(character.first.textures))
+    kinds = (KNOWN["albedo"], Map("copy", "data"))
+    return Character(character.meshes.topology, kinds, {("albedo", FIRST_TILE): character, ("copy", FIRST_TILE): copy})
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_one_albedo_on_one_tile_is_the_ordinary_fit_bit_for_bit(method):
     character = random_character(side=64)
     plain = compress(character, method, **FEW)
-    (joint,) = compress_surface(Surface.of(character), method, **FEW).parts.values()
+    (joint,) = compress(Character.of(character), method, **FEW).parts.values()
     for name in ("neutral", "differences", "weights"):
         np.testing.assert_array_equal(getattr(joint, name), getattr(plain, name))
 
 
 def test_maps_of_a_tile_have_one_set_of_weight_maps(surface):
-    model = compress_surface(surface)
+    model = compress(surface)
     for kind in surface.maps:
         np.testing.assert_array_equal(model.parts[kind.name, FIRST_TILE].weights, model.whole.weights)
 
@@ -47,7 +48,7 @@ def test_maps_of_a_tile_have_one_set_of_weight_maps(surface):
 @pytest.mark.parametrize("method", METHODS)
 def test_a_map_twice_is_fitted_as_once(method):
     character = random_character(side=64)
-    both = compress_surface(with_copy(character), method, **FEW)
+    both = compress(with_copy(character), method, **FEW)
     alone = compress(character, method, **FEW)
     for part in both.parts.values():
         np.testing.assert_allclose(part.weights, alone.weights, atol=2e-3)
@@ -56,7 +57,7 @@ def test_a_map_twice_is_fitted_as_once(method):
 
 def test_the_unit_of_a_map_changes_nothing():
     character = random_character(side=64, dtype=np.float32)
-    one, half = (compress_surface(with_copy(character, lambda t, s=s: t * np.float32(s))) for s in (1, 0.5))
+    one, half = (compress(with_copy(character, lambda t, s=s: t * np.float32(s))) for s in (1, 0.5))
     for name in half.expressions:
         assert np.abs(half.whole.reconstruct(name) - one.whole.reconstruct(name)).mean() < 5e-4
 
@@ -74,24 +75,24 @@ def test_the_more_a_map_counts_the_better_it_is_fitted():
     surface = random_surface(expressions=8)
     found = []
     for weight in (0.05, 1, 20):
-        model = compress_surface(surface, differences=2, map_weights={"roughness": weight})
-        errors = surface_errors(surface, stored(model))
+        model = compress(surface, differences=2, map_weights={"roughness": weight})
+        errors = model_errors(surface, stored(model))
         found.append((errors["roughness"]["rmse"], -errors["albedo"]["rmse"]))
     assert found == sorted(found, reverse=True)
 
 
 def test_no_shared_fit_of_a_map_beats_its_own(surface):
-    shared = surface_errors(surface, stored(compress_surface(surface, differences=2)))
+    shared = model_errors(surface, stored(compress(surface, differences=2)))
     for kind in surface.maps:
         alone = surface.only(kind.name)
-        own = surface_errors(alone, stored(compress_surface(alone, differences=2)))
+        own = model_errors(alone, stored(compress(alone, differences=2)))
         key = "angular_error" if kind.is_normal else "rmse"
         assert own[kind.name][key] <= shared[kind.name][key] * 1.001
 
 
 @pytest.mark.parametrize("method", ["paper", "pca"])
 def test_cutting_the_chart_into_tiles_changes_no_texture_that_lives_on_the_mesh(surface, method):
-    whole, cut = compress_surface(surface, method, **FEW), compress_surface(in_tiles(surface, 2, 2), method, **FEW)
+    whole, cut = compress(surface, method, **FEW), compress(in_tiles(surface, 2, 2), method, **FEW)
     for kind in surface.maps:
         expected = whole.parts[kind.name, FIRST_TILE].differences
         for tile, rows, columns in ((1001, 1, 0), (1002, 1, 1), (1011, 0, 0), (1012, 0, 1)):
@@ -102,7 +103,7 @@ def test_cutting_the_chart_into_tiles_changes_no_texture_that_lives_on_the_mesh(
 def test_refined_tiles_are_as_good_as_the_whole():
     surface = random_surface(side=128)
     errors = [
-        surface_errors(one, stored(compress_surface(one, differences=3)))["albedo"]["rmse"]
+        model_errors(one, stored(compress(one, differences=3)))["albedo"]["rmse"]
         for one in (surface, in_tiles(surface, 2, 1))
     ]
     assert errors[1] < 1.05 * errors[0]
@@ -111,19 +112,19 @@ def test_refined_tiles_are_as_good_as_the_whole():
 def test_maps_may_have_other_sizes_than_the_albedo(surface):
     finer = random_surface(side=128).parts["roughness", FIRST_TILE]
     parts = {**surface.parts, ("roughness", FIRST_TILE): finer}
-    model = compress_surface(replace(surface, parts=parts))
+    model = compress(replace(surface, parts=parts))
     assert model.parts["roughness", FIRST_TILE].neutral.shape == (128, 128, 1)
     assert model.whole.weights.shape[1:3] == (8, 8)
-    assert surface_errors(replace(surface, parts=parts), stored(model))["roughness"]["rmse"] < 4
+    assert model_errors(replace(surface, parts=parts), stored(model))["roughness"]["rmse"] < 4
 
 
 @pytest.mark.parametrize("weights", [{"gloss": 1}, {"normal": 0}, {"normal": float("nan")}])
 def test_weights_that_make_no_sense_are_refused(surface, weights):
     with pytest.raises(FaceZipError, match=next(iter(weights))):
-        compress_surface(surface, map_weights=weights)
+        compress(surface, map_weights=weights)
 
 
 def stored(model):
     """What a pack gives back, but for its neutral of normals."""
     parts = {key: dequantise(quantise(part), part.expressions, part.method, None) for key, part in model.parts.items()}
-    return CompressedSurface(model.maps, parts, model.meshes)
+    return CompressedTextures(model.maps, parts, model.meshes)

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from facezip import ErrorCode, FaceZipError, compress
-from facezip.fit.methods import METHODS, made_with
-from facezip.pack.measure import mean_rmse, texture_errors
+from facezip.fit.methods import METHODS
+from facezip.fit.settings import made_with
+from facezip.pack.errors import mean_rmse, texture_errors
 from tests.facezip.conftest import random_character
 
 
@@ -19,8 +20,8 @@ def test_every_method_takes_any_number_of_channels(method, channels):
     character = random_character()
     character = replace(
         character,
-        neutral=np.resize(character.neutral, (32, 32, channels)),
-        textures=np.resize(character.textures, (5, 32, 32, channels)),
+        neutral=np.resize(character.first.neutral, (32, 32, channels)),
+        textures=np.resize(character.first.textures, (5, 32, 32, channels)),
     )
     model = small(character, method)
     assert model.reconstruct("expr_1").shape == (32, 32, channels)
@@ -43,7 +44,7 @@ def test_fewer_expressions_than_textures(method, expressions):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_expressions_equal_to_the_neutral_stay_neutral(method, character):
-    still = replace(character, textures=np.stack(5 * [character.neutral]))
+    still = replace(character, textures=np.stack(5 * [character.first.neutral]))
     np.testing.assert_array_equal(small(still, method).reconstruct("expr_3"), still.texture("neutral"))
 
 
@@ -54,8 +55,8 @@ def test_sizes_need_not_divide(method, size):
     height, width = size
     cropped = replace(
         character,
-        neutral=character.neutral[:height, :width].copy(),
-        textures=character.textures[:, :height, :width].copy(),
+        neutral=character.first.neutral[:height, :width].copy(),
+        textures=character.first.textures[:, :height, :width].copy(),
     )
     model = small(cropped, method)
     assert model.reconstruct("expr_0").shape == (height, width, 3)
@@ -110,4 +111,4 @@ def test_settings_outside_their_range_are_refused(settings, character):
 def test_a_model_carries_the_meshes_and_the_name_of_its_method(character):
     model = small(character, "pca")
     assert model.method == "pca"
-    np.testing.assert_allclose(model.meshes.neutral + model.meshes.deltas, character.vertices, atol=1e-6)
+    np.testing.assert_allclose(model.meshes.neutral + model.meshes.deltas, character.meshes.vertices, atol=1e-6)

@@ -5,7 +5,7 @@ import pytest
 
 from facezip.character.samples import samples_of
 from facezip.fit.pca import combine_differences, difference_gram
-from facezip.pack.measure import mean_rmse, texture_errors
+from facezip.pack.errors import mean_rmse, texture_errors
 from tests.facezip.conftest import principal_components, random_character
 
 
@@ -37,19 +37,19 @@ def test_more_components_are_never_worse(character):
 
 
 def test_texels_that_the_mask_hides_do_not_count(character):
-    mask = np.ones(character.resolution, np.float32)
+    mask = np.ones(character.first.resolution, np.float32)
     mask[:, 16:] = 0
-    noisy = character.textures.copy()
+    noisy = character.first.textures.copy()
     noisy[:, :, 16:] = np.random.default_rng(0).integers(0, 256, noisy[:, :, 16:].shape)
     clean, spoilt = (
-        principal_components(replace(character, textures=t, mask=mask), 3) for t in (character.textures, noisy)
+        principal_components(replace(character, textures=t, mask=mask), 3) for t in (character.first.textures, noisy)
     )
     np.testing.assert_array_equal(clean.weights, spoilt.weights)
     np.testing.assert_array_equal(clean.differences[:, :, :16], spoilt.differences[:, :, :16])
 
 
 def test_the_gram_matrix_weighs_texels_by_the_mask(character):
-    mask = np.random.default_rng(0).random(character.resolution).astype(np.float32)
+    mask = np.random.default_rng(0).random(character.first.resolution).astype(np.float32)
     expected = np.einsum("hw,nhwc,mhwc->nm", mask, *(2 * [pixels(character)]), optimize=True)
     np.testing.assert_allclose(difference_gram(samples_of(replace(character, mask=mask))), expected, rtol=1e-4)
 

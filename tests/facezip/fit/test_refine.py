@@ -7,7 +7,7 @@ from facezip.character.samples import samples_of
 from facezip.fit.pca import principal_weights
 from facezip.fit.refine import balanced_start, fit_weights
 from facezip.fit.sweep import solve_textures
-from facezip.pack.measure import mean_rmse, model_errors
+from facezip.pack.errors import mean_rmse, model_errors
 from facezip.pack.quantise import dequantise, quantise
 from tests.facezip.conftest import principal_components, random_character, refine
 
@@ -62,18 +62,18 @@ def test_storage_costs_little():
 
 
 def test_texels_of_no_importance_do_not_change_the_weights(character):
-    importance = np.ones(character.resolution, np.float32)
+    importance = np.ones(character.first.resolution, np.float32)
     importance[:, 16:] = 0
-    other = character.textures.copy()
+    other = character.first.textures.copy()
     other[:, :, 16:] = 77
-    first, again = (refine(replace(character, textures=t), 2, 8, importance) for t in (character.textures, other))
+    first, again = (refine(replace(character, textures=t), 2, 8, importance) for t in (character.first.textures, other))
     np.testing.assert_array_equal(first.weights, again.weights)
 
 
 def test_what_the_mask_hides_is_fitted_too_and_costs_the_face_little():
     """Ears and necks are seen in renders, though errors are judged on the face."""
     character = random_character(side=64, expressions=9)
-    face = np.zeros(character.resolution, np.float32)
+    face = np.zeros(character.first.resolution, np.float32)
     face[:, :32] = 1
     blind = refine(character, 3, 8, face)
     seeing = refine(replace(character, mask=face), 3, 8)
@@ -84,7 +84,7 @@ def test_what_the_mask_hides_is_fitted_too_and_costs_the_face_little():
 
 def test_importance_moves_the_error_to_where_it_counts_less():
     character = random_character(side=64, expressions=9)
-    importance = np.full(character.resolution, 0.02, np.float32)
+    importance = np.full(character.first.resolution, 0.02, np.float32)
     importance[:, :32] = 1
     left = replace(character, mask=(importance == 1).astype(np.float32))
     # Within one weight texel of the border both sides share weights, so only there can one give way to the other.

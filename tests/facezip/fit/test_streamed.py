@@ -5,11 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip import compress_surface, load_surface, read_surface, save_surface, write_surface
-from facezip.character.maps import MapKind
+from facezip.character.loading import load_character, save_character
+from facezip.character.maps import Map
 from facezip.files import decoding
+from facezip.fit.methods import compress
 from facezip.machine import memory
-from facezip.pack.errors import surface_errors
+from facezip.pack.errors import model_errors
+from facezip.pack.read import read_pack
+from facezip.pack.write import write_pack
 from tests.facezip.conftest import peak_of_compress
 from tests.facezip.surfaces import random_surface, write_floats
 
@@ -20,14 +23,14 @@ def scans(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("surfaces") / "scans"
     surface = random_surface(side=100, tiles=(2, 1))
     if request.param == "8 bits":
-        save_surface(surface, folder)
+        save_character(surface, folder)
         return folder
     floats = request.param == "floats"
     change = _as_floats if floats else _as_shorts
     parts = {key: change(part) for key, part in surface.parts.items()}
-    kinds = tuple(MapKind(kind.name, kind.encoding, -0.5, 2.0) if kind.name == "roughness" and floats else kind
+    kinds = tuple(Map(kind.name, kind.encoding, -0.5, 2.0) if kind.name == "roughness" and floats else kind
                   for kind in surface.maps)  # fmt: skip
-    save_surface(replace(surface, maps=kinds, parts=parts), folder)
+    save_character(replace(surface, maps=kinds, parts=parts), folder)
     if floats:
         for (name, tile), part in parts.items():
             for expression in ("neutral", *part.expressions) if name == "normal" else ():
@@ -50,14 +53,14 @@ def _as_floats(part):
 
 
 def loaded(scans):
-    return load_surface(scans, keep_floats=(scans / "neutral.1001.exr").exists())
+    return load_character(scans, keep_floats=(scans / "neutral.1001.exr").exists())
 
 
 def packed(scans, pack, method):
     """What is written and measured of a folder of scans: the bytes of every file, and the errors."""
     surface = loaded(scans)
-    write_surface(compress_surface(surface, method), pack, neutral_bits=surface.neutral_bits)
-    return {file.name: file.read_bytes() for file in pack.iterdir()}, surface_errors(surface, read_surface(pack))
+    write_pack(compress(surface, method), pack, neutral_bits=surface.neutral_bits)
+    return {file.name: file.read_bytes() for file in pack.iterdir()}, model_errors(surface, read_pack(pack))
 
 
 @pytest.mark.parametrize("method", ["refined", "pca"])
@@ -85,7 +88,7 @@ def test_a_limit_is_kept_where_a_run_without_it_takes_more(tmp_path):
         key: replace(part, neutral=np.tile(part.neutral, (10, 20, 1)), textures=np.tile(part.textures, (1, 10, 20, 1)))
         for key, part in small.parts.items()
     }
-    save_surface(replace(small, parts=parts), tmp_path / "scans")
+    save_character(replace(small, parts=parts), tmp_path / "scans")
 
     in_memory, whole = peak_of_compress(tmp_path / "scans", tmp_path / "pack")
     streamed, same = peak_of_compress(tmp_path / "scans", tmp_path / "pack", "--memory", "420M")

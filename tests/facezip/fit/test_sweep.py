@@ -41,7 +41,7 @@ def test_textures_are_the_least_squares_solution_of_every_texel(character):
 
 
 def test_the_system_is_that_of_least_squares_under_the_sampler(character):
-    mask = np.random.default_rng(3).random(character.resolution).astype(np.float32)
+    mask = np.random.default_rng(3).random(character.first.resolution).astype(np.float32)
     samples = samples_of(replace(character, mask=mask))
     start = random_weights(4, 2, 5)
     textures = solve_textures(samples, start).reshape(2, -1, 3)
@@ -65,7 +65,9 @@ def test_given_textures_make_the_same_system_as_solved_ones(character):
 @pytest.mark.parametrize("resolution", [31, 130, 200])
 def test_any_size_and_any_number_of_channels(resolution):
     character = random_character(side=resolution, expressions=4)
-    gray = replace(character, neutral=character.neutral[..., :1], textures=character.textures[..., :1].copy())
+    gray = replace(
+        character, neutral=character.first.neutral[..., :1], textures=character.first.textures[..., :1].copy()
+    )
     weights = random_weights(7, 2, 4)
     colour = solve_textures(samples_of(character), weights)
     np.testing.assert_allclose(solve_textures(samples_of(gray), weights)[..., 0], colour[..., 0], atol=1e-5)

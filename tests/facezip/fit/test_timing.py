@@ -4,7 +4,8 @@ import sys
 import numpy as np
 import pytest
 
-from facezip import FaceZipError, bench, save_character
+from facezip import FaceZipError, bench
+from facezip.character.loading import save_character
 from facezip.machine.conditions import peak_memory
 
 

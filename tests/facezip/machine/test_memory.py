@@ -11,12 +11,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip import FaceZipError, compress, load_character, load_surface, save_character, save_surface, write_pack
+from facezip import FaceZipError, compress
+from facezip.character.loading import load_character, save_character
 from facezip.errors import ErrorCode
 from facezip.files.images import read_values, write_values
 from facezip.fit.choice import choose
 from facezip.machine import memory
-from facezip.pack.measure import pack_errors
+from facezip.pack.errors import pack_errors
+from facezip.pack.write import write_pack
 from tests.facezip.conftest import peak_of_compress, random_character
 from tests.facezip.surfaces import random_surface
 
@@ -124,11 +126,11 @@ def test_nothing_is_left_of_a_killed_run(tmp_path):
 @pytest.mark.parametrize("scans", ["scans", "scans.glb", "layered"])
 def test_a_limit_that_is_too_small_names_the_least_that_works(scans, tmp_path):
     if scans == "layered":
-        save_surface(random_surface(expressions=2), tmp_path / scans)
+        save_character(random_surface(expressions=2), tmp_path / scans)
     else:
         save_character(random_character(), tmp_path / scans)
     with memory.limited(10**6, tmp_path), pytest.raises(FaceZipError, match=r"need \d+M at least") as refusal:
-        load_surface(tmp_path / scans)
+        load_character(tmp_path / scans)
     assert refusal.value.code is ErrorCode.BAD_VALUE
 
 

@@ -10,20 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
-from facezip import (
-    CompressedSurface,
-    CompressedTextures,
-    Meshes,
-    Topology,
-    compress,
-    compress_surface,
-    read_pack,
-    read_surface,
-    write_pack,
-    write_surface,
-)
+from facezip import Topology
 from facezip.character.folder import file_name, write_map
+from facezip.character.meshes import Meshes
 from facezip.files.images import write_texture
+from facezip.fit.methods import compress
+from facezip.pack.model import CompressedTextures
+from facezip.pack.read import read_pack
+from facezip.pack.write import write_pack
 from scenes.character import make_character
 from scenes.surface import make_surface
 
@@ -45,16 +39,16 @@ def _patch(meshes: Meshes, triangles: int) -> Meshes:
     return Meshes(patch, meshes.neutral[vertices], meshes.deltas[:, vertices])
 
 
-def golden_surface() -> CompressedSurface:
+def golden_surface() -> CompressedTextures:
     """Albedo, normals and roughness of the same, on two tiles."""
-    model = compress_surface(make_surface(64, 5, nuisances=0, tiles=(2, 1)), weight_scale=8)
+    model = compress(make_surface(64, 5, nuisances=0, tiles=(2, 1)), weight_scale=8)
     return replace(model, meshes=_patch(model.meshes, 120))
 
 
 def write_layered(folder: Path) -> None:
     path = folder / "golden.facezip"
-    write_surface(golden_surface(), path, name="golden", made_with={"method": "refined", "seed": 0})
-    model = read_surface(path)
+    write_pack(golden_surface(), path, name="golden", made_with={"method": "refined", "seed": 0})
+    model = read_pack(path)
     for name in model.expressions:
         for kind in model.maps:
             for tile in model.tiles:

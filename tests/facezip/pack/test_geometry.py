@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from facezip.character.scans import MAX_EXPRESSIONS
 from facezip.files.glb import Glb, GlbFault
 from facezip.files.names import MAX_BYTES
 from facezip.files.obj import Topology
 from facezip.pack.geometry import SEAM, TOLERANCE, V_UP, head_bytes, read_head
-from facezip.pack.ranges import MAX_EXPRESSIONS
 from tests.facezip.conftest import grid_topology
 
 # Without a texture the UVs serve nobody yet.

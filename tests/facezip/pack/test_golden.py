@@ -5,11 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from facezip import read_pack, read_surface, verify_pack, write_pack
 from facezip.character.folder import file_name
 from facezip.character.neutrals import packed_neutral
 from facezip.files.images import read_texture_exactly
 from facezip.pack.manifest import FORMAT, LAYERED
+from facezip.pack.read import read_pack
+from facezip.pack.verification import verify_pack
+from facezip.pack.write import write_pack
 
 GOLDEN = sorted((Path(__file__).parent.parent / "data").glob("pack-*/golden.facezip"))
 
@@ -21,7 +23,7 @@ def test_every_version_has_a_golden_pack(version):
 
 @pytest.mark.parametrize("pack", GOLDEN, ids=lambda pack: pack.parent.name)
 def test_a_golden_pack_reads_as_on_its_first_day(pack):
-    model, seen = read_surface(pack), set()
+    model, seen = read_pack(pack), set()
     for name in model.expressions:
         for kind in model.maps:
             for tile in model.tiles:

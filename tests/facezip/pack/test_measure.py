@@ -3,8 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip import compress, read_pack, write_pack
-from facezip.pack.measure import mean_rmse, model_errors, pack_errors, texture_errors
+from facezip import compress
+from facezip.pack.errors import mean_rmse, model_errors, pack_errors, texture_errors
+from facezip.pack.read import read_pack
+from facezip.pack.write import write_pack
 from tests.facezip.conftest import principal_components, random_character, refine
 
 
@@ -40,7 +42,7 @@ def test_the_mean_is_over_expressions():
 
 def test_errors_of_a_model_are_those_of_its_reconstructions():
     character = random_character(side=70, expressions=5)
-    mask = np.random.default_rng(2).random(character.resolution).astype(np.float32)
+    mask = np.random.default_rng(2).random(character.first.resolution).astype(np.float32)
     character = replace(character, mask=mask)
     for model in (principal_components(character, 2), refine(character, 3, 8)):
         whole, fused = texture_errors(character, model.reconstruct), model_errors(character, model)
@@ -51,7 +53,7 @@ def test_errors_of_a_model_are_those_of_its_reconstructions():
 def test_errors_of_a_pack_are_those_of_the_model_that_it_gives_back(method, dtype, tmp_path):
     character = random_character(side=70, expressions=5, dtype=dtype)
     write_pack(
-        compress(character, method, differences=3), tmp_path / "pack", neutral_bits=8 * character.neutral.itemsize
+        compress(character, method, differences=3), tmp_path / "pack", neutral_bits=8 * character.first.neutral.itemsize
     )
     read_back = model_errors(character, read_pack(tmp_path / "pack"))
     assert pack_errors(character, tmp_path / "pack") == pytest.approx(read_back, rel=1e-5)

@@ -5,10 +5,13 @@ import shutil
 import numpy as np
 import pytest
 
-from facezip import FaceZipError, read_pack, verify_pack, write_pack
+from facezip import FaceZipError
 from facezip.errors import ErrorCode
 from facezip.pack.manifest import FILE_NAME
 from facezip.pack.quantise import dequantise, quantise
+from facezip.pack.read import read_pack
+from facezip.pack.verification import verify_pack
+from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_model
 
 

@@ -6,23 +6,16 @@ from hashlib import sha256
 import numpy as np
 import pytest
 
-from facezip import (
-    ErrorCode,
-    FaceZipError,
-    Surface,
-    compress,
-    compress_surface,
-    read_pack,
-    read_surface,
-    verify_pack,
-    write_pack,
-    write_surface,
-)
+from facezip import ErrorCode, FaceZipError
 from facezip.character.maps import angles
+from facezip.character.scans import Character
 from facezip.files.images import read_texture_exactly
+from facezip.fit.methods import compress
 from facezip.pack.manifest import FILE_NAME
-from facezip.pack.surface_manifest import read_any_manifest
-from facezip.pack.version_2 import verify_surface
+from facezip.pack.parsing import read_manifest
+from facezip.pack.read import read_pack
+from facezip.pack.verification import verify_pack
+from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_character
 from tests.facezip.surfaces import random_surface
 
@@ -30,29 +23,29 @@ from tests.facezip.surfaces import random_surface
 @pytest.fixture(scope="module", params=["refined", "pca"])
 def written(request, tmp_path_factory):
     surface = random_surface(tiles=(2, 1))
-    model = compress_surface(surface, request.param, differences=5)
+    model = compress(surface, request.param, differences=5)
     path = tmp_path_factory.mktemp("packs") / "me.facezip"
-    write_surface(model, path, neutral_bits=surface.neutral_bits)
+    write_pack(model, path, neutral_bits=surface.neutral_bits)
     return surface, model, path
 
 
 @pytest.fixture
 def pack(tmp_path, small):
-    write_surface(small, tmp_path / "me.facezip")
+    write_pack(small, tmp_path / "me.facezip")
     return tmp_path / "me.facezip"
 
 
 @pytest.fixture(scope="module")
 def small():
-    return compress_surface(random_surface(maps=("normal",), side=32, expressions=3, tiles=(2, 1)), differences=2)
+    return compress(random_surface(maps=("normal",), side=32, expressions=3, tiles=(2, 1)), differences=2)
 
 
 def test_a_pack_reads_back_as_it_was_quantised(written):
     _, model, path = written
-    back = read_surface(path)
+    back = read_pack(path)
     assert back.maps == model.maps
     assert back.tiles == (1001, 1002)
-    assert back.footprint == model.footprint == read_any_manifest(path).footprint
+    assert back.footprint == model.footprint == read_manifest(path).footprint
     for key, part in model.parts.items():
         steps = np.abs(part.differences).max(axis=(1, 2), keepdims=True) / 127
         assert (np.abs(back.parts[key].differences - part.differences) <= 0.51 * steps + 1e-6).all()
@@ -63,7 +56,7 @@ def test_a_pack_reads_back_as_it_was_quantised(written):
 
 
 def test_maps_of_a_tile_share_one_array_of_weights(written):
-    back = read_surface(written[2])
+    back = read_pack(written[2])
     assert back.parts["albedo", 1002].weights is back.parts["normal", 1002].weights
 
 
@@ -74,7 +67,7 @@ def test_a_neutral_is_the_map_that_it_was(written):
     stored = read_texture_exactly(path / "normal.1002.neutral.png") / np.float32(127.5) - 1
     kind = surface.maps[1]
     np.testing.assert_allclose(np.linalg.norm(stored, axis=2), 1, atol=0.02)
-    assert angles(kind.values(read_surface(path).parts["normal", 1002].neutral), stored).max() < 1
+    assert angles(kind.values(read_pack(path).parts["normal", 1002].neutral), stored).max() < 1
 
 
 def test_differences_are_in_units_of_the_map(written):
@@ -96,7 +89,7 @@ def test_the_third_channel_of_normal_differences_differs_nowhere(written):
 def test_one_albedo_on_one_tile_is_version_1_byte_for_byte(tmp_path):
     character = random_character(side=64)
     write_pack(compress(character), tmp_path / "a", name="me")
-    write_surface(compress_surface(Surface.of(character)), tmp_path / "b", name="me")
+    write_pack(compress(Character.of(character)), tmp_path / "b", name="me")
     assert sorted(file.name for file in (tmp_path / "a").iterdir()) == sorted(
         f.name for f in (tmp_path / "b").iterdir()
     )
@@ -108,10 +101,10 @@ def test_both_versions_are_read_by_one_function(tmp_path, pack):
     character = random_character(side=64)
     model = compress(character)
     write_pack(model, tmp_path / "one")
-    assert read_surface(tmp_path / "one").ordinary
-    assert not read_surface(pack).ordinary
+    assert read_pack(tmp_path / "one").ordinary
+    assert not read_pack(pack).ordinary
     np.testing.assert_array_equal(
-        read_surface(tmp_path / "one").whole.differences, read_pack(tmp_path / "one").differences
+        read_pack(tmp_path / "one").whole.differences, read_pack(tmp_path / "one").differences
     )
 
 
@@ -123,14 +116,14 @@ def test_a_reader_of_one_albedo_says_what_it_was_given(pack, read):
 
 
 def test_the_same_model_gives_the_same_bytes(pack, tmp_path, small):
-    write_surface(small, tmp_path / "again.facezip")
+    write_pack(small, tmp_path / "again.facezip")
     for file in pack.iterdir():
         assert file.read_bytes() == (tmp_path / "again.facezip" / file.name).read_bytes()
 
 
 def refused(pack, code):
     with pytest.raises(FaceZipError) as caught:
-        read_surface(pack)
+        read_pack(pack)
     assert caught.value.code is code
     assert "\n" not in str(caught.value)
 
@@ -145,7 +138,7 @@ def test_every_flipped_bit_is_found(pack):
             file.write_bytes(damaged)
             refused(pack, ErrorCode.DAMAGED_PACK)
         file.write_bytes(content)
-    verify_surface(pack)
+    verify_pack(pack)
 
 
 def changed(path, value):
@@ -214,6 +207,6 @@ def test_a_failed_write_leaves_the_old_pack_and_nothing_else(pack, small, monkey
 
     monkeypatch.setattr("facezip.pack.version_2.write_meshes", full)
     with pytest.raises(FaceZipError, match="No space left"):
-        write_surface(small, pack, overwrite=True)
+        write_pack(small, pack, overwrite=True)
     assert {file.name: file.read_bytes() for file in pack.iterdir()} == before
     assert [path.name for path in pack.parent.iterdir()] == [pack.name]

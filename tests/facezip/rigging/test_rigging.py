@@ -23,10 +23,10 @@ def rig(case):
 
 def fit(case, unit=1.0):
     scans, template = case.scans, case.template
-    moved = scans.vertices - scans.neutral_vertices
-    lengths = (scans.neutral_vertices * unit, moved * unit, template.neutral * unit, template.deltas * unit)
+    moved = scans.meshes.vertices - scans.meshes.neutral
+    lengths = (scans.meshes.neutral * unit, moved * unit, template.neutral * unit, template.deltas * unit)
     neutral, moved, other, shapes = (values.astype(np.float32) for values in lengths)
-    return fit_rig(neutral, moved, scans.topology.faces, other, shapes)
+    return fit_rig(neutral, moved, scans.meshes.topology.faces, other, shapes)
 
 
 def error(found, true):
@@ -54,26 +54,26 @@ def test_a_flat_triangle_has_no_inverse_frame():
 
 
 def test_the_integrator_gives_back_the_displacements_of_their_edges(case):
-    faces = case.scans.topology.faces
+    faces = case.scans.meshes.topology.faces
     integrator = Integrator(faces, ~case.deltas.any(axis=(0, 2)))
     sides = np.moveaxis(edges(case.deltas, faces), 0, 1)
     assert np.allclose(integrator(sides, case.deltas), case.deltas, atol=1e-5)
 
 
 def test_shapes_transferred_to_their_own_neutral_stay_as_they_are(case):
-    neutral, faces = case.scans.neutral_vertices, case.scans.topology.faces
+    neutral, faces = case.scans.meshes.neutral, case.scans.meshes.topology.faces
     integrator = Integrator(faces, ~case.deltas.any(axis=(0, 2)))
     assert np.allclose(transfer(neutral, case.deltas, neutral, integrator).deltas, case.deltas, atol=1e-5)
 
 
 def test_weights_of_known_shapes_are_found(case):
-    moved = case.scans.vertices - case.scans.neutral_vertices
+    moved = case.scans.meshes.vertices - case.scans.meshes.neutral
     found = pose_weights(case.deltas, moved, pull=1e-9)
     assert np.allclose(found, case.weights, atol=1e-3)
 
 
 def test_weights_stay_between_nothing_and_all(case):
-    moved = case.scans.vertices - case.scans.neutral_vertices
+    moved = case.scans.meshes.vertices - case.scans.meshes.neutral
     found = pose_weights(case.deltas, np.concatenate([3 * moved, -moved]), pull=1e-9)
     assert found.min() >= 0
     assert found.max() <= 1
@@ -95,7 +95,7 @@ def test_scans_improve_on_the_template(case, rig):
 
 
 def test_shapes_and_weights_explain_the_scans(case, rig):
-    moved = case.scans.vertices - case.scans.neutral_vertices
+    moved = case.scans.meshes.vertices - case.scans.meshes.neutral
     sizes = np.sqrt(np.mean(np.sum(moved**2, axis=2), axis=1))
     assert (rig.residuals < 0.1 * sizes).all()
 

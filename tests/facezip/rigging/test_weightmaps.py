@@ -5,7 +5,8 @@ import pytest
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.fit.methods import compress
-from facezip.pack.version_1 import read_pack, write_pack
+from facezip.pack.read import read_pack
+from facezip.pack.write import write_pack
 from facezip.rigging.activity import activity
 from facezip.rigging.fit import fit_rig
 from facezip.rigging.rigged import MAPS, rigged
@@ -38,8 +39,8 @@ def case():
 @pytest.fixture(scope="module")
 def rig(case):
     scans, template = case.scans, case.template
-    moved = scans.vertices - scans.neutral_vertices
-    return fit_rig(scans.neutral_vertices, moved, scans.topology.faces, template.neutral, template.deltas)
+    moved = scans.meshes.vertices - scans.meshes.neutral
+    return fit_rig(scans.meshes.neutral, moved, scans.meshes.topology.faces, template.neutral, template.deltas)
 
 
 def test_pseudo_inverse_gives_the_scans_maps_back(example_weights, weights):
@@ -91,7 +92,7 @@ def test_scans_that_are_alike_are_cut_and_reported(example_weights, weights):
 
 
 def test_activity_is_where_a_shape_moves(case):
-    moving = activity(case.scans.topology, case.deltas, (16, 16))
+    moving = activity(case.scans.meshes.topology, case.deltas, (16, 16))
     rows = [np.unravel_index(moving[..., m].argmax(), (16, 16))[0] for m in (0, 3)]
     assert moving.shape == (16, 16, len(SHAPES))
     assert rows[0] < 6

@@ -1,6 +1,6 @@
 import pytest
 
-from facezip import write_pack
+from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_model
 
 

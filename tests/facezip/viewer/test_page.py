@@ -8,8 +8,9 @@ from dataclasses import replace
 
 import pytest
 
-from facezip import FaceZipError, write_pack
+from facezip import FaceZipError
 from facezip.export.web import export_web
+from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_model
 
 HOSTILE = ("<!--<script>", "\"'><img src=x onerror=alert(1)>", "$(touch owned); `id` & {{ 7*7 }}")

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from facezip import FaceZipError, read_pack, write_pack
+from facezip import FaceZipError
+from facezip.pack.read import read_pack
+from facezip.pack.write import write_pack
 from facezip.viewer.scene import read_scene
 from tests.facezip.conftest import random_character, random_model
 

@@ -49,10 +49,10 @@ def paper(character, count, restarts, seed, clusters=4):
 
 def dense_masks(character, count, seed):
     """One solve a mask, kept at full resolution, normalised to sum to one."""
-    raster = rasterise(character.topology, character.resolution)
+    raster = rasterise(character.meshes.topology, character.first.resolution)
     region = face_region(character, raster)
-    samples = poisson_disk_samples(character.neutral_vertices, region, count, seed)
-    faces = character.topology.faces
+    samples = poisson_disk_samples(character.meshes.neutral, region, count, seed)
+    faces = character.meshes.topology.faces
     laplacian = _laplacian(faces[region[faces].all(axis=1)], len(region))
     bilaplacian = (laplacian.T @ laplacian).tocsc()
     free = np.setdiff1d(np.flatnonzero(region), samples)
@@ -73,7 +73,9 @@ def differences_to_neutral(character):
 def fragments(character, mask):
     """Equation (2), the texels where the mask is not zero: (N, P * C)."""
     inside = mask > 0
-    return (differences_to_neutral(character)[:, inside] * mask[inside][:, None]).reshape(len(character.textures), -1)
+    return (differences_to_neutral(character)[:, inside] * mask[inside][:, None]).reshape(
+        len(character.first.textures), -1
+    )
 
 
 def cluster(pixels, clusters, seed):
@@ -140,8 +142,8 @@ def stitch(pairs, count, slots, restarts, seed):
 def factorise(character, masks, labels, permutation):
     """Equations (5) and (6), weight maps at full resolution."""
     slots = permutation.shape[1]
-    textures = np.zeros((slots, *character.neutral.shape))
-    weights = np.zeros((len(character.textures), *character.resolution, slots))
+    textures = np.zeros((slots, *character.first.neutral.shape))
+    weights = np.zeros((len(character.first.textures), *character.first.resolution, slots))
     for mask, label, order in zip(masks, labels, permutation, strict=True):
         textures += centres(character, mask, label, slots)[order]
         for i in range(slots):

@@ -62,8 +62,8 @@ def test_as_many_clusters_as_expressions_keep_all_apart():
 
 def test_grams_are_zero_for_an_expression_that_is_the_neutral():
     character = random_character(expressions=3)
-    textures = character.textures.copy()
-    textures[1] = character.neutral
+    textures = character.first.textures.copy()
+    textures[1] = character.first.neutral
     grams = masked_gram(replace(character, textures=textures), compute_masks(character, 5, 0))
     assert (grams[:, 1] == 0).all()
     assert (grams[:, 0, 0] > 0).all()

@@ -15,7 +15,7 @@ def dense(masks):
 
 
 def with_left_half_shown(character):
-    mask = np.zeros(character.resolution, np.float32)
+    mask = np.zeros(character.first.resolution, np.float32)
     mask[:, : mask.shape[1] // 2] = 1
     return replace(character, mask=mask)
 
@@ -71,7 +71,7 @@ def test_a_part_of_the_face_without_a_sample_joins_the_nearest_mask():
 
 def test_masks_do_not_notice_a_uv_seam(character):
     """The same surface with its chart cut in two: equal functions on the vertices."""
-    topology = character.topology
+    topology = character.meshes.topology
     right = topology.uv[topology.face_uv][:, :, 0].mean(axis=1) > 0.5
     uv = np.concatenate([topology.uv, topology.uv])
     face_uv = topology.face_uv + (len(topology.uv) * right[:, None]).astype(np.int32)
@@ -92,7 +92,7 @@ def test_samples_lie_apart_and_as_far_as_their_number_allows():
 
 def test_samples_stay_in_the_region_and_follow_the_seed(character):
     region = np.arange(81) < 40
-    first, again, other = (poisson_disk_samples(character.neutral_vertices, region, 8, seed) for seed in (1, 1, 2))
+    first, again, other = (poisson_disk_samples(character.meshes.neutral, region, 8, seed) for seed in (1, 1, 2))
     assert first.max() < 40
     np.testing.assert_array_equal(first, again)
     assert set(first) != set(other)

@@ -1,0 +1,54 @@
+"""A character from whatever it is stored in, and back."""
+
+from pathlib import Path
+
+from facezip.character.folder import load_folder, save_folder
+from facezip.character.gltf_file import load_glb, save_glb
+from facezip.character.scans import Character, check_names
+from facezip.files.reading import reading
+
+GLB = ".glb"
+
+
+def load_character(path: str | Path, *, keep_floats: bool = False, maps: tuple[str, ...] | None = None) -> Character:
+    """Read a character with all its maps and tiles: a folder, or one ``.glb`` with named morph targets.
+
+    Beside ``neutral.obj`` and ``NAME.obj`` lie ``NAME.png`` and, each optional, ``NAME.normal.png``,
+    ``NAME.roughness.png``, ``NAME.specular.png`` and ``NAME.cavity.png``; with UDIM, ``NAME.1001.png``,
+    ``NAME.normal.1001.png`` … Other names are said in ``character.toml`` (docs/maps.md). ``mask.png``, where present,
+    limits the face region. PNG, TIFF, JPEG or OpenEXR. Expressions come in the order of their names.
+
+    Parameters
+    ----------
+    path : the folder or file.
+    keep_floats : whether floats outside [0, 1] are kept, with their range, instead of refused.
+    maps : names of the maps that are wanted, albedo among them; None for all.
+
+    Raises
+    ------
+    FaceZipError
+        One line that names the file: missing partners, fewer than two expressions, textures of another size or type,
+        meshes of another topology or UV layout, and everything that the readers of meshes and textures refuse.
+    """
+    path = Path(path)
+    with reading(path):
+        return load_glb(path) if path.suffix.lower() == GLB else load_folder(path, keep_floats, maps)
+
+
+def save_character(character: Character, path: str | Path) -> None:
+    """Write a folder, or one ``.glb`` where the path ends so, that :func:`load_character` reads back.
+
+    Textures are PNG; OpenEXR where they are floats; normals PNG of 8 bits, or of 16 where their files had more.
+
+    Raises
+    ------
+    FaceZipError
+        ``UNSAFE_NAME``; ``BAD_VALUE``: a ``.glb`` holds one albedo on one tile; ``CANNOT_WRITE``: something is there
+        already, or the disk refuses. Nothing is then written.
+    """
+    path = Path(path)
+    check_names(character.expressions, character.name)
+    if path.suffix.lower() == GLB:
+        save_glb(character, path)
+    else:
+        save_folder(character, path)

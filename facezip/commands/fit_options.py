@@ -1,0 +1,100 @@
+"""The options that say how to compress, which ``compress`` and ``batch`` share."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, fields
+from typing import Any
+
+import click
+from click.core import ParameterSource
+
+from facezip.commands import options
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.fit.pipeline import Request
+from facezip.fit.settings import USED, Settings
+
+# Methods that hold nothing as large as a texture.
+STREAMED = ("refined", "pca")
+SETTINGS = tuple(field.name for field in fields(Settings))
+GOALS = ("target_rmse", "budget_mb")
+# The options by name, as if nothing stood on the command line.
+DEFAULTS: dict[str, Any] = {
+    "method": Request.method,
+    **asdict(Settings()),
+    **dict.fromkeys(GOALS),
+    "importance": None,
+    "map_weights": (),
+    "keep_floats": False,
+}
+
+
+def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The options of ``DEFAULTS``, which :func:`request_of` turns into a request."""
+    choice = click.Choice(list(USED))
+    in_order = (
+        click.option("--method", type=choice, default=Request.method, show_default=True),
+        _setting("differences", "R", "Number of difference textures of a map."),
+        _setting("weight_scale", "S", "Weight maps are 1/S as wide."),
+        click.option(
+            "--target-rmse", type=float, metavar="X", help="Choose R and S: least memory with at most this error."
+        ),
+        click.option(
+            "--budget-mb", type=float, metavar="X", help="Choose R and S: least error in this GPU memory, 8 bits each."
+        ),
+        click.option(
+            "--importance", type=options.FOLDER, metavar="FILE", help="Image, or a folder of one a tile: how much "
+            "a texel's error counts.",
+        ),
+        click.option(
+            "--map-weight", "map_weights", multiple=True, metavar="MAP=W", help="How much a map counts.  [default: 1]"
+        ),
+        click.option("--float", "keep_floats", is_flag=True, help="Keep floats outside 0..1, with their range."),
+        _setting("masks", "K", "Masks on the face (paper)."),
+        _setting("restarts", "N", "Random starts of the stitching (paper)."),
+        _setting("seed", "S", "Of what is random (paper)."),
+    )  # fmt: skip
+    for option in reversed(in_order):
+        command = option(command)
+    return command
+
+
+def request_of(given: Mapping[str, Any]) -> Request:
+    """The request that the values of :data:`DEFAULTS` make; ``BAD_VALUE`` where a map's weight is none."""
+    settings = Settings(**{name: given[name] for name in SETTINGS})
+    weights = _map_weights(given["map_weights"])
+    rest = {name: given[name] for name in ("method", *GOALS, "importance", "keep_floats")}
+    return Request(settings=settings, map_weights=weights, **rest)
+
+
+def check_together(names: set[str], given: Mapping[str, Any]) -> None:
+    """Refuse options that contradict each other, before any work; ``names`` are those that somebody gave."""
+    choosing, method = any(given[goal] is not None for goal in GOALS), given["method"]
+    if choosing and names & {"differences", "weight_scale"}:
+        raise click.UsageError("--target-rmse and --budget-mb choose --differences and --weight-scale: leave those out")
+    if method != "refined" and (choosing or given["importance"]):
+        raise click.UsageError("--target-rmse, --budget-mb and --importance need --method refined")
+    if method == "refined" and names & {"masks", "restarts"}:
+        raise click.UsageError("--masks and --restarts are of the paper's method: add --method paper")
+    if "memory" in names and method not in STREAMED:
+        raise click.UsageError(f"--memory needs --method {' or '.join(STREAMED)}: the paper's holds all textures")
+
+
+def on_line(context: click.Context) -> set[str]:
+    """Names of the options that stand on the command line."""
+    return {name for name in context.params if context.get_parameter_source(name) is ParameterSource.COMMANDLINE}
+
+
+def _setting(name: str, metavar: str, help_: str) -> Callable[..., Any]:
+    flag = f"--{name.replace('_', '-')}"
+    return click.option(flag, default=getattr(Settings, name), show_default=True, metavar=metavar, help=help_)
+
+
+def _map_weights(pairs: Iterable[str]) -> dict[str, float]:
+    """``("normal=0.5", "roughness=2")`` as a dictionary; ``BAD_VALUE`` for anything else."""
+    weights = {}
+    for pair in pairs:
+        name, _, weight = pair.partition("=")
+        try:
+            weights[name.strip()] = float(weight)
+        except ValueError:
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"--map-weight '{pair}': write it as MAP=0.5") from None
+    return weights

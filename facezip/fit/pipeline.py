@@ -1,0 +1,155 @@
+"""The main job as one call: load, check, fit, write, and measure what was written."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from facezip.character.alignment import alignments, worst_of
+from facezip.character.loading import load_character
+from facezip.character.maps import ALBEDO
+from facezip.character.scans import Character
+from facezip.files.images import read_values
+from facezip.files.names import printable
+from facezip.files.writing import check_target
+from facezip.fit.choice import Choice, choose
+from facezip.fit.importance import Importance
+from facezip.fit.methods import compress
+from facezip.fit.settings import Settings, made_with
+from facezip.pack.errors import pack_errors
+from facezip.pack.facts import pack_facts
+from facezip.pack.model import CompressedTextures
+from facezip.pack.parsing import read_manifest
+from facezip.pack.verification import is_pack
+from facezip.pack.write import write_pack
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is asked for besides a character and a place for its pack.
+
+    Attributes
+    ----------
+    method, settings : how to fit.
+    target_rmse, budget_mb : choose ``differences`` and ``weight_scale``, where one is given.
+    importance : an image of how much a texel's error counts, or a folder of ``importance.TILE.exr``, one a tile.
+    map_weights : how much a map counts.
+    keep_floats : whether floats outside [0, 1] are kept, with their range.
+    """
+
+    method: str = "refined"
+    settings: Settings = field(default_factory=Settings)
+    target_rmse: float | None = None
+    budget_mb: float | None = None
+    importance: Path | None = None
+    map_weights: Mapping[str, float] = field(default_factory=dict)
+    keep_floats: bool = False
+
+    @property
+    def goals(self) -> dict[str, float]:
+        """Those of target and budget that are given."""
+        goals = {"target_rmse": self.target_rmse, "budget_mb": self.budget_mb}
+        return {name: value for name, value in goals.items() if value is not None}
+
+    @property
+    def stated(self) -> dict[str, Any]:
+        """What a pack says of how it was made."""
+        stated = made_with(self.method, asdict(self.settings)) | self.goals
+        if self.map_weights:
+            stated["map_weights"] = dict(self.map_weights)
+        return stated if self.importance is None else {**stated, "importance": self.importance.name}
+
+
+def compress_into(
+    character: Path,
+    output: Path,
+    request: Request,
+    overwrite: bool = False,
+    warn: Callable[[str], None] = lambda _: None,
+) -> dict[str, Any]:
+    """Load, check, fit, write, measure; what was written, as ``facezip compress --json`` says it.
+
+    Parameters
+    ----------
+    character, output, overwrite : as on the command line.
+    request : what else is asked for.
+    warn : is told, before the fit, which expressions are misregistered, if any.
+
+    Raises
+    ------
+    FaceZipError
+        For what is wrong with the input, and ``CANNOT_WRITE``.
+    """
+    start = perf_counter()
+    request.settings.check(request.method)
+    check_target(output, overwrite, is_pack)
+    scans = load_character(character, keep_floats=request.keep_floats)
+    off = misregistered(scans)
+    if off:
+        warn(registration_warning(character, off))
+    importance = None if request.importance is None else read_importance(request.importance, scans)
+    choice = None
+    stated = request.stated
+    if request.goals:
+        choice = _chosen(scans, request, importance)
+        model = choice.model
+        stated |= {"differences": choice.trial.differences, "weight_scale": choice.trial.weight_scale}
+    else:
+        settings = asdict(request.settings)
+        model = compress(scans, request.method, **settings, importance=importance, map_weights=request.map_weights)
+    document = write_measured(scans, model, output, overwrite, stated)
+    if choice:
+        document |= {"choice": {"reason": choice.reason, "tried": [asdict(trial) for trial in choice.tried]}}
+    return {**document, "pack": str(output), "misregistered": off, "seconds": round(perf_counter() - start, 3)}
+
+
+def write_measured(
+    scans: Character, model: CompressedTextures, output: Path, overwrite: bool, stated: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Write the pack, read it back, and describe it: facts, ``errors`` by map, ``rmse`` of the albedo (0..255).
+
+    ``stated`` is what the pack says of how it was made.
+    """
+    write_pack(model, output, made_with=stated, overwrite=overwrite)
+    errors = pack_errors(scans, output)
+    return {
+        **pack_facts(output, read_manifest(output)),
+        "rmse": errors[ALBEDO]["rmse"],
+        "rmse_per_expression": errors[ALBEDO]["rmse_per_expression"],
+        "errors": errors,
+        "region": "mask" if scans.masked else "whole texture",
+    }
+
+
+def misregistered(scans: Character) -> dict[str, float]:
+    """The expressions that are off the neutral, and by how many texels of the albedo on the worst tile."""
+    worst = {name: worst_of(tiles) for name, tiles in alignments(scans, quick=True).items()}
+    return {name: round(alignment.rms, 2) for name, alignment in worst.items() if not alignment.registered}
+
+
+def registration_warning(character: str | Path, off: Mapping[str, float]) -> str:
+    """One line about expressions and how many texels they are off."""
+    worst = sorted(off, key=off.__getitem__, reverse=True)[:3]
+    some = ", ".join(f"{name} by {off[name]:.1f} texels" for name in worst) + (", ..." if len(off) > len(worst) else "")
+    verb = "is" if len(off) == 1 else "are"
+    remedy = f"textures will blur; see 'facezip check {character}'"
+    return printable(f"facezip: warning: {len(off)} of the expressions {verb} off the neutral ({some}); {remedy}")
+
+
+def read_importance(path: Path, scans: Character) -> Importance:
+    """The importance of every tile: one image, or a folder of ``importance.TILE.exr``."""
+    if not path.is_dir():
+        return read_values(path)
+    return {tile: read_values(path / f"importance.{tile}.exr") for tile in scans.tiles}
+
+
+def _chosen(scans: Character, request: Request, importance: Importance | None) -> Choice:
+    budget = None if request.budget_mb is None else request.budget_mb * 1e6
+    return choose(
+        scans,
+        target_rmse=request.target_rmse,
+        budget_bytes=budget,
+        importance=importance,
+        map_weights=request.map_weights,
+    )

@@ -1,0 +1,68 @@
+"""What a method may be told, and what of it each method takes notice of."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.pack.checks import MAX_DIFFERENCES
+
+WEIGHT_SCALES = (4, 8, 16, 32)
+PAPER_DIFFERENCES = 4
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a method may be told.
+
+    Attributes
+    ----------
+    differences : number R of difference textures, 1 to 8.
+    weight_scale : how many times smaller weight maps are than the first map's textures: 4, 8, 16 or 32.
+    masks : number of masks on the face region (paper).
+    restarts : random starts of the stitching (paper; not its variants).
+    seed : of every random choice.
+    """
+
+    differences: int = 4
+    weight_scale: int = 8
+    masks: int = 53
+    restarts: int = 100
+    seed: int = 0
+
+    def check(self, method: str) -> None:
+        """Raise ``BAD_VALUE`` for a method that there is not, or a setting outside its range."""
+        if method not in USED:
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"method '{method}': must be one of {', '.join(USED)}")
+        ranges = {
+            "differences": (1, MAX_DIFFERENCES),
+            "masks": (1, 100_000),
+            "restarts": (1, 1_000_000),
+            "seed": (0, 2**32 - 1),
+        }
+        for name, (low, high) in ranges.items():
+            if not low <= getattr(self, name) <= high:
+                raise FaceZipError(ErrorCode.BAD_VALUE, f"{name} {getattr(self, name)}: must lie in {low}..{high}")
+        if self.weight_scale not in WEIGHT_SCALES:
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"weight scale {self.weight_scale}: must be one of {WEIGHT_SCALES}")
+        if method.startswith("paper") and self.differences != PAPER_DIFFERENCES:
+            raise FaceZipError(
+                ErrorCode.BAD_VALUE,
+                f"differences {self.differences}: the paper's method makes exactly {PAPER_DIFFERENCES} textures",
+            )
+
+
+_OF_THE_PAPER = ("differences", "weight_scale", "masks", "seed")
+# By method, the settings that it uses.
+USED: dict[str, tuple[str, ...]] = {
+    "refined": ("differences", "weight_scale"),
+    "paper": (*_OF_THE_PAPER, "restarts"),
+    "paper-optimised": _OF_THE_PAPER,
+    "paper-unpermuted": _OF_THE_PAPER,
+    "pca": ("differences",),
+}
+
+
+def made_with(method: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """The method, and those of the settings that it uses: what a pack states of how it was made."""
+    return {"method": method, **{name: value for name, value in settings.items() if name in USED[method]}}

@@ -1,0 +1,115 @@
+"""Reading a pack: nothing is read from one that fails verification."""
+
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.character.meshes import Meshes
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.glb import GlbFault
+from facezip.files.images import Texels, read_texture_exactly
+from facezip.files.obj import read_obj
+from facezip.files.reading import reading
+from facezip.machine import memory
+from facezip.machine.cores import cores
+from facezip.machine.rows import by_rows
+from facezip.pack.atlas import from_atlas
+from facezip.pack.checks import atlas_shape
+from facezip.pack.geometry import read_head
+from facezip.pack.manifest import HEAD_FILE, GeometryEntry, Manifest, MapEntry, TextureEntry, TileEntry
+from facezip.pack.model import CompressedTextures
+from facezip.pack.parsing import bad_pack
+from facezip.pack.quantise import StoredPart, StoredTextures, StoredWeights
+from facezip.pack.verification import verify_pack
+
+
+def read_pack(path: str | Path) -> CompressedTextures:
+    """Verify a pack of any version and read it.
+
+    Raises
+    ------
+    FaceZipError
+        What :func:`facezip.verify_pack` raises; ``BAD_PACK`` too for a file whose content is not what the manifest
+        says. Nothing is read from a pack that fails verification.
+    """
+    folder = Path(path)
+    return read_stored(folder, verify_pack(folder)).dequantised()
+
+
+def read_stored(folder: Path, manifest: Manifest) -> StoredTextures:
+    """What a verified pack holds, as it is stored; ``BAD_PACK`` as :func:`read_pack`."""
+    with reading(folder), _inside(folder):
+        return StoredTextures(
+            manifest.method,
+            manifest.expressions,
+            tuple(entry.kind for entry in manifest.maps),
+            {key: _part(folder, *entries) for key, entries in manifest.entries().items()},
+            {tile.number: _weights(folder, manifest, tile) for tile in manifest.tiles},
+            _meshes(folder, manifest.geometry, manifest.expressions) if manifest.geometry else None,
+        )
+
+
+@contextmanager
+def _inside(folder: Path) -> Iterator[None]:
+    """What is wrong with an image or mesh of a pack is wrong with the pack."""
+    try:
+        yield
+    except FaceZipError as error:
+        raise error if error.code is ErrorCode.BAD_PACK else bad_pack(folder, str(error)) from None
+
+
+def _part(folder: Path, entry: MapEntry, texture: TextureEntry) -> StoredPart:
+    shape = (*texture.size, entry.image_channels)
+    differences: NDArray[np.uint8] = memory.empty((len(texture.differences), *shape), np.uint8)
+    with ThreadPoolExecutor(cores()) as pool:
+        jobs = zip(texture.differences, differences, strict=True)
+        list(pool.map(lambda job: _image(folder, job[0], shape, "uint8", job[1]), jobs))
+    span = np.array(texture.difference_span, np.float32) / np.float32(entry.kind.unit)
+    neutral = _image(folder, texture.neutral, shape, f"uint{texture.neutral_bits}")
+    return StoredPart(neutral, _fewer(differences, entry.channels), span)
+
+
+def _fewer(images: NDArray[np.uint8], channels: int) -> NDArray[np.uint8]:
+    """Images ``(R, H, W, C)`` without those of their channels that are for people."""
+    if images.shape[3] == channels:
+        return images
+    return by_rows(lambda rows: images[:, rows, :, :channels], (*images.shape[:3], channels), np.uint8, axis=1)
+
+
+def _weights(folder: Path, manifest: Manifest, tile: TileEntry) -> StoredWeights:
+    span, offset = np.array(tile.weight_span, np.float32), np.array(tile.weight_offset, np.float32)
+    if manifest.uniform_weights:
+        return StoredWeights(np.array(manifest.uniform_weights, np.float32)[:, None, None, :], span, offset)
+    count = len(manifest.expressions)
+    layers = [_image(folder, file, atlas_shape(tile, count), "uint8") for file in tile.weights]
+    return StoredWeights(from_atlas(layers, tile.weight_size, count, len(span)), span, offset)
+
+
+def _meshes(folder: Path, geometry: GeometryEntry, expressions: tuple[str, ...]) -> Meshes:
+    if geometry.files == (HEAD_FILE,):
+        try:
+            topology, neutral, vertices = read_head((folder / HEAD_FILE).read_bytes(), expressions)
+        except GlbFault as fault:
+            raise bad_pack(folder, f"'{HEAD_FILE}': {fault}") from None
+    else:
+        mesh_file, deltas_file = geometry.files
+        neutral, topology = read_obj(folder / mesh_file)
+        deltas = np.fromfile(folder / deltas_file, "<f4").astype(np.float32)
+        if deltas.size != len(expressions) * neutral.size or not np.isfinite(deltas).all():
+            raise bad_pack(folder, f"'{deltas_file}' does not hold finite numbers for every vertex")
+        vertices = neutral + deltas.reshape(-1, *neutral.shape)
+    if (len(neutral), len(topology.faces)) != (geometry.vertices, geometry.triangles):
+        raise bad_pack(folder, "its meshes are not as stated")
+    return Meshes(topology, neutral, vertices)
+
+
+def _image(folder: Path, file: str, shape: tuple[int, ...], dtype: str, into: Texels | None = None) -> Texels:
+    """An image of the shape and type that a manifest states, in ``into`` if that is given; or ``BAD_PACK``."""
+    texels = read_texture_exactly(folder / file, shape, into)
+    if texels.dtype != dtype:
+        raise bad_pack(folder, f"'{file}' holds {texels.dtype}, not {dtype}")
+    return texels

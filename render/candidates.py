@@ -1,0 +1,64 @@
+"""What ``validate`` judges: packs, or other characters in their place."""
+
+from pathlib import Path
+from typing import Any
+
+from facezip.character.loading import load_character
+from facezip.character.maps import ALBEDO
+from facezip.character.scans import NEUTRAL, Character
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.pack.belonging import check_belongs
+from facezip.pack.errors import Errors, model_errors, texture_errors
+from facezip.pack.facts import pack_facts
+from facezip.pack.footprint import Footprint, Texture
+from facezip.pack.model import CompressedTextures
+from facezip.pack.parsing import read_manifest
+from facezip.pack.read import read_pack
+from facezip.pack.verification import is_pack
+from render.staging import Source, staged
+from render.validation import Candidate
+
+
+def candidate(character: Character, path: Path) -> Candidate:
+    """A pack, or a second character in its place: textures that another tool made are judged the same way.
+
+    Raises
+    ------
+    FaceZipError
+        What the readers raise, and ``UNKNOWN_NAME`` or ``SIZE_MISMATCH`` where it does not belong to ``character``.
+    """
+    if not path.exists():
+        reason = "no such pack or character; give a NAME.facezip or the folder of a character"
+        raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: {reason}")
+    if is_pack(path):
+        model = read_pack(path)
+        check_belongs(character, model, path)
+        facts = pack_facts(path, read_manifest(path))
+        return _candidate(path.stem, character, texels_of(model), facts, model_errors(character, model))
+    other = load_character(path)
+    check_belongs(character, other, path)
+    cost = _footprint(other)
+    raw, blocks = cost.bytes_raw, cost.bytes_raw_bc7
+    facts = {"method": "textures", "bytes_on_gpu": raw, "bytes_on_disk": None, "bytes_raw": raw, "fetches": None}
+    facts |= {"bytes_bc7": blocks, "bytes_raw_bc7": blocks}
+    return _candidate(other.name, character, other.texels, facts, texture_errors(character, other.texels))
+
+
+def texels_of(model: CompressedTextures) -> Source:
+    """The texels of a pack's expressions."""
+    return lambda name, key: model.texels({} if name == NEUTRAL else {name: 1.0}, key)
+
+
+def _candidate(name: str, character: Character, texels: Source, facts: dict[str, Any], errors: Errors) -> Candidate:
+    albedo = errors[ALBEDO]
+    found = {"texture_rmse": albedo["rmse"], "texture_rmse_per_expression": albedo["rmse_per_expression"]}
+    return Candidate(name, staged(character, texels), {**facts, **found, "map_errors": errors})
+
+
+def _footprint(character: Character) -> Footprint:
+    """What uncompressed textures cost."""
+    tiles = tuple(
+        tuple(Texture(*character.stacks[kind.name, tile].neutral.shape) for kind in character.maps)
+        for tile in character.tiles
+    )
+    return Footprint(tiles, ((1, 1),) * len(tiles), 0, len(character.expressions))

@@ -1,0 +1,40 @@
+"""A character with any maps and tiles as renderers see it: one square of UV, and the skin of every expression."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from facezip.character.maps import ALBEDO, Key
+from facezip.character.scans import Character
+from facezip.character.tiles import Atlas
+from facezip.files.images import Texels
+from facezip.files.obj import Topology
+from render.skins import RENDERED, SkinMaps, Texture
+
+# Gives the texels of a map on a tile for an expression or ``neutral``.
+Source = Callable[[str, Key], Texels]
+
+
+def staged_topology(character: Character) -> Topology:
+    """The UV layout with all tiles in one square."""
+    return Atlas.of(character.tiles).topology(character.meshes.topology)
+
+
+def staged_original(character: Character) -> Callable[[str], Texture]:
+    """What is rendered of the scans, by the name of an expression or ``neutral``."""
+    return staged(character, character.texels)
+
+
+def staged(character: Character, texels: Source) -> Callable[[str], Texture]:
+    """A skin of all the maps that renderers know, with the tiles of each in one texture."""
+    atlas, kinds = Atlas.of(character.tiles), [kind for kind in character.maps if kind.name in RENDERED]
+
+    def skin(name: str) -> Texture:
+        joined = {
+            kind.name: atlas.joined({tile: kind.decode(texels(name, (kind.name, tile))) for tile in character.tiles})
+            for kind in kinds
+        }
+        # One light path shades any number of albedos at the price of one.
+        return SkinMaps(**joined) if len(joined) > 1 else np.clip(joined[ALBEDO], 0, 1)
+
+    return skin
