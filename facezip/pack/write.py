@@ -67,7 +67,7 @@ def write_pack(
     check_names(model.expressions, path)
     with whole_folder(path, overwrite, is_pack) as folder:
         tiles = tuple(_write_tile(model, tile, folder) for tile in model.tiles)
-        geometry = _write_geometry(model, name or path.stem, folder)
+        geometry = _write_geometry(model, name or "head", folder)
         files = {file.name: stored(file) for file in sorted(folder.iterdir())}
         manifest = _manifest(model, name, tiles, geometry, dict(made_with or {}), files)
         (folder / FILE_NAME).write_bytes(_content(path, manifest))

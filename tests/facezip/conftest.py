@@ -12,6 +12,7 @@ from facezip.character.scans import Character, Stack
 from facezip.character.tiles import FIRST_TILE
 from facezip.files.obj import Topology
 from facezip.fit.methods import compress
+from facezip.pack.errors import albedo_errors, mean_rmse
 from facezip.pack.model import CompressedTextures, Part
 
 ALBEDO_KEY = (ALBEDO, FIRST_TILE)
@@ -80,6 +81,21 @@ def one_part(part, weights, expressions=None, meshes=None, method="refined"):
     """A model of one albedo on one tile."""
     names = expressions or tuple(f"expr_{n}" for n in range(len(weights)))
     return CompressedTextures(method, names, (KNOWN[ALBEDO],), {ALBEDO_KEY: part}, {FIRST_TILE: weights}, meshes)
+
+
+def part_of(model):
+    """The albedo of a model on the first tile."""
+    return model.parts[ALBEDO_KEY]
+
+
+def weights_of(model):
+    """Its weight maps ``(N, h, w, R)`` on the first tile."""
+    return model.weights[FIRST_TILE]
+
+
+def rmse(character, model):
+    """The mean over expressions of the albedo's RMSE, 0..255."""
+    return mean_rmse(albedo_errors(character, model))
 
 
 @pytest.fixture

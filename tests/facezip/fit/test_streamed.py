@@ -7,6 +7,7 @@ import pytest
 
 from facezip.character.loading import load_character, save_character
 from facezip.character.maps import Map
+from facezip.character.scans import Stack
 from facezip.files import decoding
 from facezip.fit.methods import compress
 from facezip.machine import memory
@@ -27,16 +28,16 @@ def scans(request, tmp_path_factory):
         return folder
     floats = request.param == "floats"
     change = _as_floats if floats else _as_shorts
-    parts = {key: change(part) for key, part in surface.parts.items()}
+    stacks = {key: change(stack) for key, stack in surface.stacks.items()}
     kinds = tuple(Map(kind.name, kind.encoding, -0.5, 2.0) if kind.name == "roughness" and floats else kind
                   for kind in surface.maps)  # fmt: skip
-    save_character(replace(surface, maps=kinds, parts=parts), folder)
-    if floats:
-        for (name, tile), part in parts.items():
-            for expression in ("neutral", *part.expressions) if name == "normal" else ():
-                file = folder / f"{expression}.normal.{tile}.png"
-                write_floats(file.with_suffix(".exr"), surface.maps[1].values(part.texture(expression)))
-                file.unlink()
+    changed = replace(surface, maps=kinds, stacks=stacks)
+    save_character(changed, folder)
+    for tile in changed.tiles if floats else ():
+        for expression in ("neutral", *changed.expressions):
+            file = folder / f"{expression}.normal.{tile}.png"
+            write_floats(file.with_suffix(".exr"), changed.texture(expression, "normal", tile))
+            file.unlink()
     return folder
 
 
@@ -59,7 +60,7 @@ def loaded(scans):
 def packed(scans, pack, method):
     """What is written and measured of a folder of scans: the bytes of every file, and the errors."""
     surface = loaded(scans)
-    write_pack(compress(surface, method), pack, neutral_bits=surface.neutral_bits)
+    write_pack(compress(surface, method), pack)
     return {file.name: file.read_bytes() for file in pack.iterdir()}, model_errors(surface, read_pack(pack))
 
 
@@ -77,18 +78,18 @@ def test_what_is_read_does_not_depend_on_the_rows_that_are_decoded_at_a_time(sca
     monkeypatch.setattr(decoding, "BAND", 7)
     banded = loaded(scans)
     assert banded.maps == whole.maps
-    for key, part in whole.parts.items():
-        np.testing.assert_array_equal(banded.parts[key].neutral, part.neutral)
-        np.testing.assert_array_equal(banded.parts[key].textures, part.textures)
+    for key, stack in whole.stacks.items():
+        np.testing.assert_array_equal(banded.stacks[key].neutral, stack.neutral)
+        np.testing.assert_array_equal(banded.stacks[key].textures, stack.textures)
 
 
 def test_a_limit_is_kept_where_a_run_without_it_takes_more(tmp_path):
     small = random_surface(expressions=6, tiles=(2, 1))
-    parts = {
-        key: replace(part, neutral=np.tile(part.neutral, (10, 20, 1)), textures=np.tile(part.textures, (1, 10, 20, 1)))
-        for key, part in small.parts.items()
+    stacks = {
+        key: Stack(np.tile(stack.neutral, (10, 20, 1)), np.tile(stack.textures, (1, 10, 20, 1)))
+        for key, stack in small.stacks.items()
     }
-    save_character(replace(small, parts=parts), tmp_path / "scans")
+    save_character(replace(small, stacks=stacks), tmp_path / "scans")
 
     in_memory, whole = peak_of_compress(tmp_path / "scans", tmp_path / "pack")
     streamed, same = peak_of_compress(tmp_path / "scans", tmp_path / "pack", "--memory", "420M")

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from facezip.character.samples import samples_of
+from facezip.character.scans import Stack
 from facezip.fit.sweep import RIDGE, solve_texture, solve_textures, weight_system
 from facezip.fit.weights import solve_weights
-from facezip.pack.model import blend_differences
+from facezip.pack.model import Part, blended_rows
 from tests.facezip.conftest import random_character
 
 
@@ -17,7 +18,8 @@ def upsampling(side, low):
         weights = np.zeros((low * low, 1), np.float32)
         weights[texel] = 1
         ones = np.ones((1, side, side, 1), np.float32)
-        columns.append(blend_differences(np.zeros((side, side, 1), np.float32), ones, weights.reshape(low, low, 1)))
+        part = Part(np.zeros((side, side, 1), np.float32), ones)
+        columns.append(blended_rows(part, weights.reshape(low, low, 1))(slice(0, side)))
     return np.stack([column.ravel() for column in columns], axis=1).astype(float)
 
 
@@ -31,7 +33,7 @@ def random_weights(low, slots, count, seed=0):
 
 def test_textures_are_the_least_squares_solution_of_every_texel(character):
     weights = random_weights(4, 2, 5)
-    textures = solve_textures(samples_of(character), weights).reshape(2, -1, 3)
+    textures = solve_textures(samples_of(character.first), weights).reshape(2, -1, 3)
     sampled = (upsampling(32, 4) @ weights.transpose(0, 3, 1, 2).reshape(16, 10)).reshape(32 * 32, 2, 5)
     for texel in (0, 345, 1023):
         target = pixels(character).reshape(5, -1, 3)[:, texel]
@@ -42,7 +44,7 @@ def test_textures_are_the_least_squares_solution_of_every_texel(character):
 
 def test_the_system_is_that_of_least_squares_under_the_sampler(character):
     mask = np.random.default_rng(3).random(character.first.resolution).astype(np.float32)
-    samples = samples_of(replace(character, mask=mask))
+    samples = samples_of(replace(character.first, mask=mask))
     start = random_weights(4, 2, 5)
     textures = solve_textures(samples, start).reshape(2, -1, 3)
     design = np.einsum("p,ipc,pa->pcai", np.sqrt(mask.ravel()), textures, upsampling(32, 4)).reshape(-1, 32)
@@ -55,7 +57,7 @@ def test_the_system_is_that_of_least_squares_under_the_sampler(character):
 
 
 def test_given_textures_make_the_same_system_as_solved_ones(character):
-    samples, weights = samples_of(character), random_weights(4, 2, 5)
+    samples, weights = samples_of(character.first), random_weights(4, 2, 5)
     solved = weight_system(samples, weights)
     given = weight_system(samples, weights, solve_textures(samples, weights))
     np.testing.assert_array_equal(solved.matrix, given.matrix)
@@ -65,16 +67,14 @@ def test_given_textures_make_the_same_system_as_solved_ones(character):
 @pytest.mark.parametrize("resolution", [31, 130, 200])
 def test_any_size_and_any_number_of_channels(resolution):
     character = random_character(side=resolution, expressions=4)
-    gray = replace(
-        character, neutral=character.first.neutral[..., :1], textures=character.first.textures[..., :1].copy()
-    )
+    gray = Stack(character.first.neutral[..., :1], character.first.textures[..., :1].copy())
     weights = random_weights(7, 2, 4)
-    colour = solve_textures(samples_of(character), weights)
+    colour = solve_textures(samples_of(character.first), weights)
     np.testing.assert_allclose(solve_textures(samples_of(gray), weights)[..., 0], colour[..., 0], atol=1e-5)
 
 
 def test_rounded_textures_are_on_their_grid_and_nearly_as_good(character):
-    samples, weights = samples_of(character), random_weights(4, 2, 5)
+    samples, weights = samples_of(character.first), random_weights(4, 2, 5)
     free = solve_textures(samples, weights)
     steps = (np.abs(free).max(axis=(1, 2)) / 127).astype(np.float32)
     rounded = solve_textures(samples, weights, steps) / steps[:, None, None]
@@ -85,7 +85,7 @@ def test_rounded_textures_are_on_their_grid_and_nearly_as_good(character):
 def test_rounding_one_after_the_other_beats_rounding_all_at_once():
     """Two textures that nearly repeat each other: the second makes up for the rounding of the first."""
     character = random_character(side=64, expressions=6)
-    samples = samples_of(character)
+    samples = samples_of(character.first)
     weights = random_weights(8, 2, 6)
     weights[:, 1] = weights[:, 0] + 0.3 * weights[:, 1]
     free = solve_textures(samples, weights)
@@ -102,7 +102,7 @@ def test_rounding_one_after_the_other_beats_rounding_all_at_once():
 
 
 def test_textures_solved_one_after_the_other_are_those_solved_together(character):
-    samples, weights = samples_of(character), random_weights(4, 3, 5)
+    samples, weights = samples_of(character.first), random_weights(4, 3, 5)
     together = solve_textures(samples, weights)
     apart = np.zeros_like(together)
     for slot in (2, 1, 0):
@@ -111,7 +111,7 @@ def test_textures_solved_one_after_the_other_are_those_solved_together(character
 
 
 def test_a_texture_makes_up_for_what_a_later_one_lost(character):
-    samples, weights = samples_of(character), random_weights(4, 2, 5)
+    samples, weights = samples_of(character.first), random_weights(4, 2, 5)
     textures = solve_textures(samples, weights)
     textures[1] += np.random.default_rng(0).normal(0, 0.05, textures[1].shape).astype(np.float32)
     sampled = (upsampling(32, 4) @ weights.transpose(0, 3, 1, 2).reshape(16, 10)).reshape(32 * 32, 2, 5)

@@ -4,8 +4,9 @@ import sys
 import numpy as np
 import pytest
 
-from facezip import FaceZipError, bench
+from facezip import FaceZipError
 from facezip.character.loading import save_character
+from facezip.fit import timing
 from facezip.machine.conditions import peak_memory
 
 
@@ -24,7 +25,7 @@ def scans(character, tmp_path):
 
 def test_the_images_alone_are_those_of_the_run(scans, tmp_path, monkeypatch):
     decoded, encoded = set(), {}
-    read, write = bench.read_texture, bench.write_texture
+    read, write = timing.read_texture, timing.write_texture
 
     def reading(path):
         decoded.add(path.name)
@@ -34,18 +35,19 @@ def test_the_images_alone_are_those_of_the_run(scans, tmp_path, monkeypatch):
         write(path, texels)
         encoded[path.name] = path.read_bytes() == (path.parent / "bench.facezip" / path.name).read_bytes()
 
-    monkeypatch.setattr(bench, "read_texture", reading)
-    monkeypatch.setattr(bench, "write_texture", writing)
-    bench.compress_once(scans, tmp_path)
+    monkeypatch.setattr(timing, "read_texture", reading)
+    monkeypatch.setattr(timing, "write_texture", writing)
+    timing.compress_once(scans, tmp_path)
     assert decoded == {path.with_suffix(".png").name for path in scans.glob("*.obj")}
-    assert encoded == dict.fromkeys(("neutral.png", "weights.png", *(f"difference_{i}.png" for i in range(4))), True)
+    names = ("neutral", *(f"difference_{i}" for i in range(4)))
+    assert encoded == dict.fromkeys(("weights.1001.png", *(f"albedo.1001.{name}.png" for name in names)), True)
     assert list(tmp_path.iterdir()) == [scans]
 
 
 def test_a_process_that_dies_is_said_in_one_line(scans, tmp_path, monkeypatch):
-    monkeypatch.setattr(bench, "compress_once", dies)
+    monkeypatch.setattr(timing, "compress_once", dies)
     with pytest.raises(FaceZipError, match=r"scans: .*choose a smaller --resolution"):
-        bench.bench_compress(scans, scans, tmp_path, 1)
+        timing.bench_compress(scans, scans, tmp_path, 1)
 
 
 def test_memory_is_what_this_process_took_not_the_one_that_started_it():

@@ -23,7 +23,7 @@ from facezip.fit.paper.fragments import cluster_fragments, masked_gram
 from facezip.fit.paper.masks import RINGING, _laplacian, compute_masks, face_region, poisson_disk_samples
 from facezip.fit.paper.paircosts import pair_costs
 from facezip.fit.paper.stitching import search
-from tests.facezip.conftest import random_character
+from tests.facezip.conftest import ALBEDO_KEY, random_character
 
 STARTS = 10
 SWEEPS = 10
@@ -50,7 +50,7 @@ def paper(character, count, restarts, seed, clusters=4):
 def dense_masks(character, count, seed):
     """One solve a mask, kept at full resolution, normalised to sum to one."""
     raster = rasterise(character.meshes.topology, character.first.resolution)
-    region = face_region(character, raster)
+    region = face_region(character, character.first, raster)
     samples = poisson_disk_samples(character.meshes.neutral, region, count, seed)
     faces = character.meshes.topology.faces
     laplacian = _laplacian(faces[region[faces].all(axis=1)], len(region))
@@ -152,11 +152,11 @@ def factorise(character, masks, labels, permutation):
 
 
 def fast(character, count, restarts, seed):
-    masks = compute_masks(character, count, seed)
-    labels = cluster_fragments(masked_gram(character, masks), 4, seed)
-    stitching = search(pair_costs(character, masks, labels, 4), restarts, seed)
+    stack, masks = character.first, compute_masks(character, count, seed)[ALBEDO_KEY]
+    labels = cluster_fragments(masked_gram(stack, masks), 4, seed)
+    stitching = search(pair_costs(stack, masks, labels, 4), restarts, seed)
     shares, _ = cluster_shares(labels, stitching.permutation)
-    return labels, stitching, difference_textures(character, masks, shares)
+    return labels, stitching, difference_textures(stack, masks, shares)
 
 
 def main():

@@ -4,7 +4,7 @@ import pytest
 from facezip import compress
 from facezip.fit.paper.factorise import cluster_shares, difference_textures, weight_maps
 from facezip.fit.paper.masks import compute_masks
-from tests.facezip.conftest import random_character
+from tests.facezip.conftest import ALBEDO_KEY, random_character
 
 LABELS = np.array([[0, 1, 1, 3, 0], [2, 2, 2, 2, 2]], np.int32)
 PERMUTATION = np.array([[3, 1, 0, 2], [0, 1, 2, 3]])
@@ -23,15 +23,15 @@ def test_a_cluster_without_members_leaves_its_texture_empty():
 
 def test_one_mask_and_a_cluster_each_give_the_differences_back():
     character = random_character(expressions=4)
-    masks = compute_masks(character, 1, 0)
+    masks = compute_masks(character, 1, 0)[ALBEDO_KEY]
     shares, _ = cluster_shares(np.arange(4, dtype=np.int32)[None], np.arange(4)[None])
     expected = [character.texture(name) - character.texture("neutral") for name in character.expressions]
-    np.testing.assert_allclose(difference_textures(character, masks, shares), expected, atol=1e-6)
+    np.testing.assert_allclose(difference_textures(character.first, masks, shares), expected, atol=1e-6)
 
 
 @pytest.mark.parametrize("scale", [4, 8, 16])
 def test_weights_of_an_expression_sum_to_one(character, scale):
-    masks = compute_masks(character, 9, 0)
+    masks = compute_masks(character, 9, 0)[ALBEDO_KEY]
     labels = np.random.default_rng(0).integers(0, 4, (9, 5)).astype(np.int32)
     _, alpha = cluster_shares(labels, np.tile(np.arange(4), (9, 1)))
     weights = weight_maps(masks, alpha, scale)

@@ -3,9 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from facezip.character.scans import Stack
 from facezip.fit.paper.fragments import cluster_fragments, gram_rows, masked_gram
 from facezip.fit.paper.masks import compute_masks
-from tests.facezip.conftest import random_character
+from tests.facezip.conftest import ALBEDO_KEY, random_character
 
 
 def planted(groups, per_group, coordinates=9, seed=0):
@@ -64,16 +65,14 @@ def test_grams_are_zero_for_an_expression_that_is_the_neutral():
     character = random_character(expressions=3)
     textures = character.first.textures.copy()
     textures[1] = character.first.neutral
-    grams = masked_gram(replace(character, textures=textures), compute_masks(character, 5, 0))
+    grams = masked_gram(replace(character.first, textures=textures), compute_masks(character, 5, 0)[ALBEDO_KEY])
     assert (grams[:, 1] == 0).all()
     assert (grams[:, 0, 0] > 0).all()
 
 
 def test_grams_scale_with_the_range_of_the_stored_type():
     """8-bit values times 257 are the same colours in 16 bits."""
-    eight = random_character()
-    sixteen = replace(
-        eight, neutral=eight.neutral.astype(np.uint16) * 257, textures=eight.textures.astype(np.uint16) * 257
-    )
-    masks = compute_masks(eight, 5, 0)
+    character = random_character()
+    eight, masks = character.first, compute_masks(character, 5, 0)[ALBEDO_KEY]
+    sixteen = Stack(eight.neutral.astype(np.uint16) * 257, eight.textures.astype(np.uint16) * 257)
     np.testing.assert_allclose(masked_gram(sixteen, masks), masked_gram(eight, masks), rtol=1e-4, atol=1e-7)

@@ -7,33 +7,37 @@ from facezip import ErrorCode, FaceZipError
 from facezip.character.raster import rasterise
 from facezip.files.obj import Topology
 from facezip.fit.paper.masks import biharmonic, compute_masks, face_region, poisson_disk_samples
-from tests.facezip.conftest import grid_topology, random_character
+from tests.facezip.conftest import ALBEDO_KEY, grid_topology, random_character, with_albedo
 
 
 def dense(masks):
     return np.stack([masks.dense(k) for k in range(masks.count)])
 
 
+def masks_of(character, count):
+    return compute_masks(character, count, 0)[ALBEDO_KEY]
+
+
 def with_left_half_shown(character):
     mask = np.zeros(character.first.resolution, np.float32)
     mask[:, : mask.shape[1] // 2] = 1
-    return replace(character, mask=mask)
+    return with_albedo(character, mask=mask)
 
 
 def test_masks_lie_in_0_to_1_and_sum_to_one(character):
-    masks = dense(compute_masks(character, 12, seed=0))
+    masks = dense(masks_of(character, 12))
     assert masks.min() >= 0
     np.testing.assert_allclose(masks.sum(axis=0), 1, atol=1e-5)
 
 
 def test_a_mask_is_one_at_its_sample_and_zero_at_the_others(character):
-    masks = compute_masks(character, 12, seed=0)
+    masks = masks_of(character, 12)
     np.testing.assert_array_equal(masks.values[masks.samples], np.eye(12))
 
 
 def test_masks_vanish_outside_the_face_region(character):
     shown = with_left_half_shown(character)
-    masks = dense(compute_masks(shown, 6, seed=0))
+    masks = dense(masks_of(shown, 6))
     assert masks[:, :, 20:].max() == 0
     np.testing.assert_allclose(masks.sum(axis=0)[:, :16], 1, atol=1e-5)
 
@@ -75,8 +79,9 @@ def test_masks_do_not_notice_a_uv_seam(character):
     right = topology.uv[topology.face_uv][:, :, 0].mean(axis=1) > 0.5
     uv = np.concatenate([topology.uv, topology.uv])
     face_uv = topology.face_uv + (len(topology.uv) * right[:, None]).astype(np.int32)
-    cut = replace(character, topology=Topology(topology.faces, uv, face_uv))
-    np.testing.assert_array_equal(compute_masks(cut, 8, 0).values, compute_masks(character, 8, 0).values)
+    meshes = replace(character.meshes, topology=Topology(topology.faces, uv, face_uv))
+    cut = replace(character, meshes=meshes)
+    np.testing.assert_array_equal(masks_of(cut, 8).values, masks_of(character, 8).values)
 
 
 def test_samples_lie_apart_and_as_far_as_their_number_allows():
@@ -99,28 +104,29 @@ def test_samples_stay_in_the_region_and_follow_the_seed(character):
 
 
 def test_every_vertex_can_be_a_sample(character):
-    masks = compute_masks(character, 81, seed=0)
+    masks = masks_of(character, 81)
     np.testing.assert_allclose(dense(masks).sum(axis=0), 1, atol=1e-5)
 
 
 @pytest.mark.parametrize("count", [82, 5000])
 def test_more_masks_than_vertices_are_refused(character, count):
     with pytest.raises(FaceZipError, match=f"--masks {count}: .* 81 distinct") as refused:
-        compute_masks(character, count, seed=0)
+        masks_of(character, count)
     assert refused.value.code is ErrorCode.TOO_MANY_MASKS
 
 
 def test_the_region_is_what_the_mask_shows(character):
     shown = with_left_half_shown(character)
-    region = face_region(shown, rasterise(shown.topology, shown.resolution))
-    u = shown.topology.uv[:, 0]
+    topology = shown.meshes.topology
+    region = face_region(shown, shown.first, rasterise(topology, shown.first.resolution))
+    u = topology.uv[:, 0]
     assert region[u <= 0.5].all()
     assert not region[u > 0.625].any()
 
 
 @pytest.mark.parametrize("side", [32, 37])
 def test_small_maps_average_the_blocks_of_texels(side):
-    masks = compute_masks(random_character(side=side), 6, seed=0)
+    masks = masks_of(random_character(side=side), 6)
     small = masks.downsampled(8)
     assert small.shape == (6, -(-side // 8), -(-side // 8))
     np.testing.assert_allclose(small[:, 1, 2], dense(masks)[:, 8:16, 16:24].mean(axis=(1, 2)), atol=1e-5)
@@ -129,5 +135,5 @@ def test_small_maps_average_the_blocks_of_texels(side):
 
 
 def test_small_maps_do_not_fade_at_the_border_of_the_face(character):
-    small = compute_masks(with_left_half_shown(character), 6, seed=0).downsampled(8)
+    small = masks_of(with_left_half_shown(character), 6).downsampled(8)
     np.testing.assert_allclose(small.sum(axis=0), 1, atol=1e-5)
