@@ -94,6 +94,7 @@ def read_layout(folder: Path) -> Layout:
 
 def _by_custom(folder: Path) -> Layout:
     meshes = {path.stem: path for path in sorted(folder.glob("*.obj"))}
+    _check_meshes(folder, meshes)
     maps: dict[str, MapFiles] = {}
     masks: dict[int, Path] = {}
     for found in _found(folder, {*meshes}):
@@ -167,11 +168,11 @@ def _stated(folder: Path) -> Layout:
         masks = {tile: file for (_, tile), file in _matching(folder, patterns["mask"]).items()}
     except (ValueError, TypeError, AttributeError, RecursionError) as error:
         raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: {error}") from None
-    for one in found.values():
-        for name in {name for name, _ in one.files} - {*meshes}:
-            # A pattern may catch more than the scans.
-            for key in [key for key in one.files if key[0] == name]:
-                del one.files[key]
+    _check_meshes(folder, meshes)
+    for how in found.values():
+        # A pattern may catch more than the scans.
+        for key in [key for key in how.files if key[0] not in meshes]:
+            del how.files[key]
     return Layout(folder, meshes, _albedo_first(folder, found), masks)
 
 
@@ -230,27 +231,39 @@ def _second(path: Path, beside: Path) -> FaceZipError:
 
 
 def _albedo_first(folder: Path, maps: dict[str, MapFiles]) -> tuple[MapFiles, ...]:
-    if ALBEDO not in maps or not maps[ALBEDO].files:
+    if ALBEDO not in maps or not any(name == NEUTRAL for name, _ in maps[ALBEDO].files):
         raise FaceZipError(
-            ErrorCode.BAD_CHARACTER, f"{folder}: no albedo; every expression needs a NAME.png beside its other maps"
+            ErrorCode.BAD_CHARACTER,
+            f"{folder}: no albedo of the neutral; it needs a neutral.png, and every expression a NAME.png",
         )
     return tuple(maps[name] for name in [ALBEDO, *sorted({*maps} - {ALBEDO})])
 
 
 def _check_complete(layout: Layout) -> None:
-    if NEUTRAL not in layout.meshes:
-        raise FaceZipError(ErrorCode.MISSING_FILE, f"{layout.folder}: no neutral.obj; a character needs a neutral mesh")
-    if len(layout.expressions) < 2:
-        count = len(layout.expressions)
-        raise FaceZipError(
-            ErrorCode.TOO_FEW_EXPRESSIONS, f"{layout.folder}: {count} expression(s); at least two besides the neutral"
-        )
-    for one in layout.maps:
+    for how in layout.maps:
         for name in (NEUTRAL, *layout.expressions):
-            missing = [tile for tile in layout.tiles if (name, tile) not in one.files]
-            if missing or not layout.tiles:
-                where = f" on tile {missing[0]}" if len(layout.tiles) > 1 else ""
-                raise FaceZipError(
-                    ErrorCode.MISSING_FILE,
-                    f"{layout.folder}: no {one.kind.name} of '{name}'{where}; add the file or remove its mesh",
-                )
+            for tile in layout.tiles:
+                if (name, tile) not in how.files:
+                    raise _missing(layout, how, name, tile)
+
+
+def _missing(layout: Layout, how: MapFiles, name: str, tile: int) -> FaceZipError:
+    """The error for a texture that others have, under the name that it has by custom."""
+    behind = "" if how.kind.name == ALBEDO else f".{how.kind.name}"
+    number = "" if layout.tiles == (FIRST_TILE,) else f".{tile}"
+    file = layout.folder / f"{name}{behind}{number}.png"
+    where = f" on tile {tile}" if number else ""
+    return FaceZipError(
+        ErrorCode.MISSING_FILE,
+        f"{file}: missing, there is no {how.kind.name} of '{name}'{where}; add the file or remove {name}'s mesh",
+    )
+
+
+def _check_meshes(folder: Path, meshes: dict[str, Path]) -> None:
+    if NEUTRAL not in meshes:
+        raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no neutral.obj; a character needs a neutral mesh")
+    if len(meshes) < 3:
+        raise FaceZipError(
+            ErrorCode.TOO_FEW_EXPRESSIONS,
+            f"{folder}: {len(meshes) - 1} expression(s); at least two besides the neutral",
+        )

@@ -3,14 +3,17 @@
 from typing import Any
 
 from facezip.pack.footprint import SLOTS_PER_LAYER
-from facezip.pack.version_2 import geometry_of
+from facezip.pack.version_2 import COMMON, geometry_of, of_fields
 
 FORMAT = "facezip-pack/1"
+
+_FIELDS = {"size", "channels", "neutral_bits", "encoding", "difference_scale", "weight_size", "weight_columns"}
+_FIELDS |= {"weight_scale", "weight_offset"}
 
 
 def as_version_3(document: dict[str, Any]) -> dict[str, Any]:
     """The document of a manifest, as version 3 states the same; KeyError, TypeError or ValueError for any other."""
-    old = dict(document)
+    old = of_fields(document, COMMON | _FIELDS)
     if old.pop("encoding") != "srgb":
         raise ValueError("its encoding is not srgb")
     spans = old.pop("difference_scale")

@@ -1,4 +1,4 @@
-"""Surfaces as folders: what is read, what is refused, and that nothing is changed in silence."""
+"""Characters as folders: what is read, what is refused, and that nothing is changed in silence."""
 
 import shutil
 from dataclasses import replace
@@ -38,44 +38,42 @@ def test_what_is_saved_is_read_back(tmp_path, tiles):
     assert [kind.name for kind in back.maps] == ["albedo", "cavity", "normal", "roughness", "specular"]
     assert back.tiles == surface.tiles
     assert back.neutral_bits == surface.neutral_bits
+    np.testing.assert_allclose(back.meshes.topology.uv, surface.meshes.topology.uv, atol=1e-6)
     for kind in surface.maps:
         for tile in surface.tiles:
-            ours, theirs = surface.parts[kind.name, tile], back.parts[kind.name, tile]
-            np.testing.assert_allclose(theirs.topology.uv, ours.topology.uv, atol=1e-6)
+            ours, theirs = surface.stacks[kind.name, tile], back.stacks[kind.name, tile]
             if kind.is_normal:
-                assert angles(kind.values(ours.textures), kind.values(theirs.textures)).max() < 0.5
+                assert angles(kind.decode(ours.textures), kind.decode(theirs.textures)).max() < 0.5
             else:
                 np.testing.assert_array_equal(theirs.textures, ours.textures)
 
 
-def test_a_folder_without_further_maps_is_an_ordinary_character(tmp_path):
-    save_character(random_character(), tmp_path / "scans")
-    surface = load_character(tmp_path / "scans")
-    assert surface.ordinary
-    np.testing.assert_array_equal(surface.whole.textures, load_character(tmp_path / "scans").textures)
+def test_only_the_maps_that_are_wanted_are_read(folder, surface):
+    (folder / "expr_2.normal.png").write_bytes(b"no image")
+    albedo = load_character(folder, maps=("albedo",))
+    assert [kind.name for kind in albedo.maps] == ["albedo"]
+    np.testing.assert_array_equal(albedo.first.textures, surface.first.textures)
 
 
-def test_a_character_of_one_tile_is_its_albedo(folder, surface):
-    np.testing.assert_array_equal(load_character(folder).textures, surface.whole.textures)
-
-
-def test_a_character_of_several_tiles_is_refused_where_one_is_taken(tmp_path):
-    save_character(random_surface(tiles=(2, 1)), tmp_path / "scans")
-    with pytest.raises(FaceZipError, match="2 UDIM tiles"):
-        load_character(tmp_path / "scans")
+@pytest.mark.parametrize(("wanted", "known"), [({"map": "gloss"}, "albedo, normal"), ({"tile": 1005}, "1001")])
+def test_a_map_or_tile_that_is_not_there_is_told_what_is(surface, wanted, known):
+    with pytest.raises(FaceZipError, match=known) as caught:
+        surface.texture("neutral", **wanted)
+    assert caught.value.code is ErrorCode.UNKNOWN_NAME
 
 
 def test_a_name_that_a_mesh_has_is_an_expressions_name(tmp_path):
     character = random_character(expressions=2)
     named = replace(character, expressions=("a", "a.normal"))
     save_character(named, tmp_path / "scans")
-    assert load_character(tmp_path / "scans").ordinary
-    assert load_character(tmp_path / "scans").whole.expressions == ("a", "a.normal")
+    back = load_character(tmp_path / "scans")
+    assert [kind.name for kind in back.maps] == ["albedo"]
+    assert back.expressions == ("a", "a.normal")
 
 
 def test_what_is_missing_is_named(folder):
     (folder / "expr_2.roughness.png").unlink()
-    assert "no roughness of 'expr_2'" in refused(folder, ErrorCode.MISSING_FILE)
+    assert "expr_2.roughness.png: missing" in refused(folder, ErrorCode.MISSING_FILE)
 
 
 def test_a_texture_without_a_mesh_is_named(folder):
@@ -116,9 +114,9 @@ def test_a_texture_of_another_size_is_refused(folder):
 
 
 def test_data_in_colour_is_refused_and_grey_data_is_one_channel(folder, surface):
-    grey = np.repeat(surface.parts["roughness", FIRST_TILE].textures[2], 3, axis=2)
+    grey = np.repeat(surface.stacks["roughness", FIRST_TILE].textures[2], 3, axis=2)
     write_texture(folder / "expr_2.roughness.png", grey)
-    assert load_character(folder).parts["roughness", FIRST_TILE].neutral.shape[2] == 1
+    assert load_character(folder).stacks["roughness", FIRST_TILE].neutral.shape[2] == 1
     grey[0, 0, 1] ^= 1
     write_texture(folder / "expr_2.roughness.png", grey)
     assert "channels differ" in refused(folder, ErrorCode.BAD_TEXELS)
@@ -134,8 +132,8 @@ def test_what_is_no_normal_is_refused_on_the_face_and_flat_beside_it(folder, row
     mask = np.full((64, 64, 1), 255, np.uint8)
     mask[row, 3] = 0
     write_texture(folder / "mask.png", mask)
-    part = load_character(folder).parts["normal", FIRST_TILE]
-    np.testing.assert_allclose(part.texture("expr_2")[row, 3], 0.5, atol=1e-4)
+    found = load_character(folder).texture("expr_2", "normal")
+    np.testing.assert_allclose(found[row, 3], (0, 0, 1), atol=2e-3)
 
 
 @pytest.mark.parametrize("kind", ["half", "float"])
@@ -152,13 +150,11 @@ def test_floats_beyond_the_range_are_refused_or_kept_never_clipped(tmp_path, kin
     cavity = surface.maps[1]
     assert (cavity.low, cavity.high) == (min(map(np.min, values.values())), max(map(np.max, values.values())))
     for name, texels in values.items():
-        np.testing.assert_allclose(
-            cavity.values(surface.parts["cavity", FIRST_TILE].texture(name)), texels.astype(np.float32), atol=1e-5
-        )
+        np.testing.assert_allclose(surface.texture(name, "cavity"), texels.astype(np.float32), atol=1e-5)
     save_character(surface, tmp_path / "again")
     again = load_character(tmp_path / "again", keep_floats=True)
     np.testing.assert_allclose(
-        again.parts["cavity", FIRST_TILE].textures, surface.parts["cavity", FIRST_TILE].textures, atol=1e-5
+        again.stacks["cavity", FIRST_TILE].textures, surface.stacks["cavity", FIRST_TILE].textures, atol=1e-5
     )
 
 
@@ -167,7 +163,7 @@ def test_data_in_a_float_file_is_no_colour(tmp_path):
     save_character(random_character(expressions=2, side=32), folder)
     for name in ("neutral", "expr_0", "expr_1"):
         write_floats(folder / f"{name}.roughness.exr", np.full((32, 32, 1), 0.25, np.float32))
-    assert (load_character(folder).parts["roughness", FIRST_TILE].textures == 0.25).all()
+    assert (load_character(folder).stacks["roughness", FIRST_TILE].textures == 0.25).all()
 
 
 def test_what_is_not_finite_is_refused_where_it_is(folder):
@@ -187,8 +183,7 @@ def test_normals_in_float_files_may_have_signs(tmp_path, shift):
         write_floats(
             folder / f"{name}.normal.exr", np.tile(vector * (1 - shift) + shift, (32, 32, 1)).astype(np.float32)
         )
-    surface = load_character(folder)
-    found = surface.maps[1].values(surface.parts["normal", FIRST_TILE].neutral)
+    found = load_character(folder).texture("neutral", "normal")
     np.testing.assert_allclose(found, np.broadcast_to(vector, found.shape), atol=1e-6)
 
 
@@ -229,11 +224,11 @@ def test_character_toml_says_what_is_where(tmp_path):
     back = load_character(folder)
     assert [kind.name for kind in back.maps] == ["albedo", "displacement", "normal"]
     assert (back.maps[1].low, back.maps[1].high) == (0, 1.5)
-    np.testing.assert_array_equal(back.parts["albedo", 1002].textures, surface.parts["albedo", 1002].textures)
-    ours, theirs = (one.parts["normal", 1002].texture("expr_1").astype(float) - 0.5 for one in (surface, back))
-    np.testing.assert_allclose(theirs, ours * [1, -1], atol=2e-3)
-    assert back.parts["albedo", 1001].mask is not None
-    assert back.parts["albedo", 1002].mask is None
+    np.testing.assert_array_equal(back.stacks["albedo", 1002].textures, surface.stacks["albedo", 1002].textures)
+    ours, theirs = (one.texture("expr_1", "normal", 1002) for one in (surface, back))
+    assert angles(theirs, ours * np.array([1, -1, 1], np.float32)).max() < 1
+    assert back.stacks["albedo", 1001].mask is not None
+    assert back.stacks["albedo", 1002].mask is None
 
 
 @pytest.mark.parametrize(
@@ -262,12 +257,13 @@ def test_a_mask_of_a_tile_may_be_black(tmp_path):
     save_character(surface, tmp_path / "scans")
     for tile, value in ((1001, 255), (1002, 0)):
         write_texture(tmp_path / "scans" / f"mask.{tile}.png", np.full((64, 32, 1), value, np.uint8))
-    parts = load_character(tmp_path / "scans").parts
-    assert parts["normal", 1002].mask.max() == 0
-    assert parts["normal", 1001].mask.min() == 1
+    stacks = load_character(tmp_path / "scans").stacks
+    assert stacks["normal", 1002].mask.max() == 0
+    assert stacks["normal", 1001].mask.min() == 1
 
 
 def test_meshes_must_share_their_topology(folder, surface):
-    half = replace(surface.topology, faces=surface.topology.faces[:10], face_uv=surface.topology.face_uv[:10])
-    write_obj(folder / "expr_1.obj", surface.whole.neutral_vertices, half)
+    topology = surface.meshes.topology
+    half = replace(topology, faces=topology.faces[:10], face_uv=topology.face_uv[:10])
+    write_obj(folder / "expr_1.obj", surface.meshes.neutral, half)
     refused(folder, ErrorCode.TOPOLOGY_MISMATCH)

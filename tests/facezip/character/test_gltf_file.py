@@ -14,7 +14,7 @@ from facezip.character.loading import load_character, save_character
 from facezip.character.meshes import Meshes
 from facezip.files.glb import Glb
 from facezip.files.obj import Topology
-from tests.facezip.conftest import grid_topology, random_character
+from tests.facezip.conftest import grid_topology, random_character, with_albedo
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def scans():
     character = random_character(side=16, grid=5, expressions=3)
     mask = np.zeros((16, 16), np.float32)
     mask[2:14, 3:12] = 1
-    return replace(character, mask=mask)
+    return with_albedo(character, mask=mask)
 
 
 @pytest.fixture
@@ -39,11 +39,13 @@ def rewrite(file, change):
 
 
 def same(a, b):
-    for name in ("neutral", "textures", "neutral_vertices"):
-        np.testing.assert_array_equal(getattr(a, name), getattr(b, name), name)
-    np.testing.assert_allclose(a.vertices, b.vertices, atol=1e-5)
-    np.testing.assert_array_equal(a.topology.faces, b.topology.faces)
-    corners = a.topology.uv[a.topology.face_uv], b.topology.uv[b.topology.face_uv]
+    np.testing.assert_array_equal(a.first.neutral, b.first.neutral)
+    np.testing.assert_array_equal(a.first.textures, b.first.textures)
+    np.testing.assert_array_equal(a.meshes.neutral, b.meshes.neutral)
+    np.testing.assert_allclose(a.meshes.vertices, b.meshes.vertices, atol=1e-5)
+    one, other = a.meshes.topology, b.meshes.topology
+    np.testing.assert_array_equal(one.faces, other.faces)
+    corners = one.uv[one.face_uv], other.uv[other.face_uv]
     np.testing.assert_allclose(*corners, atol=1e-6)
     assert a.expressions == b.expressions
 
@@ -51,11 +53,11 @@ def same(a, b):
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
 def test_a_character_reads_back(scans, tmp_path, dtype):
     wide = random_character(side=16, grid=5, expressions=3, dtype=dtype)
-    scans = replace(wide, mask=scans.first.mask)
+    scans = with_albedo(wide, mask=scans.first.mask)
     save_character(scans, tmp_path / "sheet.glb")
     back = load_character(tmp_path / "sheet.glb")
     same(back, scans)
-    np.testing.assert_array_equal(back.mask, scans.first.mask)
+    np.testing.assert_array_equal(back.first.mask, scans.first.mask)
     assert back.name == "sheet"
     assert [entry.name for entry in tmp_path.iterdir()] == ["sheet.glb"]
 
@@ -64,17 +66,18 @@ def test_float_textures_are_kept_to_16_bits(tmp_path):
     scans = random_character(side=16, grid=5, expressions=3, dtype=np.float32)
     save_character(scans, tmp_path / "sheet.glb")
     back = load_character(tmp_path / "sheet.glb")
-    assert back.textures.dtype == np.uint16
-    np.testing.assert_allclose(back.textures / 65535, scans.first.textures, atol=1 / 65535)
+    assert back.first.textures.dtype == np.uint16
+    np.testing.assert_allclose(back.first.textures / 65535, scans.first.textures, atol=1 / 65535)
 
 
 def test_seams_are_welded_again(scans, tmp_path):
     seam = scans.meshes.topology.face_uv.copy()
     seam[0, 0] = 24
-    scans = replace(scans, topology=replace(scans.meshes.topology, face_uv=seam))
+    topology = replace(scans.meshes.topology, face_uv=seam)
+    scans = replace(scans, meshes=replace(scans.meshes, topology=topology))
     save_character(scans, tmp_path / "sheet.glb")
     back = load_character(tmp_path / "sheet.glb")
-    assert len(back.neutral_vertices) == len(scans.meshes.neutral)
+    assert len(back.meshes.neutral) == len(scans.meshes.neutral)
     same(back, scans)
 
 
@@ -124,7 +127,7 @@ def test_a_node_that_turns_the_mesh_is_followed_and_its_unit_is_not(file, scans)
     rewrite(file, lambda document: document["nodes"][0].update(scale=[0.01] * 3, translation=[1, 2, 3]))
     same(load_character(file), scans)
     rewrite(file, lambda document: document["nodes"][0].update(rotation=[half, 0, 0, half]))
-    turned = load_character(file).neutral_vertices
+    turned = load_character(file).meshes.neutral
     np.testing.assert_allclose(turned, scans.meshes.neutral[:, [0, 2, 1]] * [1, -1, 1], atol=1e-5)
 
 
@@ -139,7 +142,10 @@ def test_targets_may_be_whole_or_normalised_integers(file, scans):
     content[view["byteOffset"] : view["byteOffset"] + len(short)] = short
     file.write_bytes(Glb(glb.document, bytes(content)).to_bytes())
     back = load_character(file)
-    corners = back.topology.uv[back.topology.face_uv], scans.meshes.topology.uv[scans.meshes.topology.face_uv]
+    corners = (
+        back.meshes.topology.uv[back.meshes.topology.face_uv],
+        scans.meshes.topology.uv[scans.meshes.topology.face_uv],
+    )
     np.testing.assert_allclose(*corners, atol=1e-4)
 
 
@@ -236,6 +242,6 @@ def test_a_tile_that_no_face_uses_has_no_primitive():
     topology = grid_topology(4)
     unused = Topology(topology.faces[:0], topology.uv, topology.face_uv[:0])
     vertices = np.random.default_rng(0).normal(size=(16, 3)).astype(np.float32)
-    meshes = Meshes(topology, vertices, 0.1 * vertices[None])
+    meshes = Meshes(topology, vertices, 1.1 * vertices[None])
     primitives = add_mesh(start("head"), "head", meshes, ("smile",), [unused, topology])
     assert [one["material"] for one in primitives] == [1]

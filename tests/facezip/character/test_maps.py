@@ -8,16 +8,16 @@ KINDS = [*KNOWN.values(), Map("displacement", "data", -3.0, 5.0)]
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
-def test_what_is_fitted_stands_for_the_values(kind):
+def test_texels_stand_for_the_values(kind):
     rng = np.random.default_rng(0)
     if kind.is_normal:
         values = normals_of(rng.uniform(-5, 5, (40, 40, 2)).astype(np.float32))
     else:
         values = rng.uniform(kind.low, kind.high, (40, 40, 3)).astype(np.float32)
-    fitted = kind.fitted(values)
-    assert fitted.min() >= 0
-    assert fitted.max() <= 1
-    np.testing.assert_allclose(kind.values(fitted), values, atol=1e-5)
+    texels = kind.encode(values)
+    assert texels.min() >= 0
+    assert texels.max() <= 1
+    np.testing.assert_allclose(kind.decode(texels), values, atol=1e-5)
 
 
 def test_slopes_add_as_the_heights_of_surfaces_do():
@@ -29,9 +29,9 @@ def test_slopes_add_as_the_heights_of_surfaces_do():
         return normals_of(np.stack([-across, -down], axis=2))
 
     normal = KNOWN["normal"]
-    flat = normal.fitted(normals(np.zeros_like(x)))
-    summed = normal.fitted(normals(one)) + normal.fitted(normals(other)) - flat
-    assert angles(normal.values(summed), normals(one + other)).max() < 0.01
+    flat = normal.encode(normals(np.zeros_like(x)))
+    summed = normal.encode(normals(one)) + normal.encode(normals(other)) - flat
+    assert angles(normal.decode(summed), normals(one + other)).max() < 0.01
 
 
 def test_angles_are_exact_from_thousandths_of_a_degree_on():
@@ -44,8 +44,8 @@ def test_angles_are_exact_from_thousandths_of_a_degree_on():
 @pytest.mark.parametrize("bits", [8, 16])
 def test_a_stored_neutral_comes_back_and_stays(kind, bits):
     rng = np.random.default_rng(1)
-    fitted = rng.uniform(0.45, 0.55, (16, 16, 2 if kind.is_normal else 3)).astype(np.float32)
-    stored = packed_neutral(fitted, kind, bits)
+    texels = rng.uniform(0.45, 0.55, (16, 16, 2 if kind.is_normal else 3)).astype(np.float32)
+    stored = packed_neutral(texels, kind, bits)
     assert stored.dtype == f"uint{bits}"
     again = packed_neutral(unpacked_neutral(stored, kind), kind, bits)
     across = again[..., :2] if kind.is_normal else again

@@ -24,16 +24,16 @@ def test_a_character_reads_back_as_it_was_saved(tmp_path, dtype):
     save_character(character, tmp_path / "sheet")
     back = load_character(tmp_path / "sheet")
     assert (back.name, back.expressions) == (character.name, character.expressions)
-    np.testing.assert_array_equal(back.vertices, character.meshes.vertices)
-    np.testing.assert_allclose(back.textures, character.first.textures, atol=1e-6)
-    assert back.textures.dtype == dtype
+    np.testing.assert_array_equal(back.meshes.vertices, character.meshes.vertices)
+    np.testing.assert_allclose(back.first.textures, character.first.textures, atol=1e-6)
+    assert back.first.textures.dtype == dtype
 
 
 def test_a_mask_limits_the_region(folder):
     mask = np.zeros((32, 32, 1), np.uint8)
     mask[8:24] = 255
     write_texture(folder / "mask.png", mask)
-    np.testing.assert_array_equal(load_character(folder).mask, mask[..., 0] / 255)
+    np.testing.assert_array_equal(load_character(folder).first.mask, mask[..., 0] / 255)
 
 
 def spoil_texture(folder):

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from facezip.character.tiles import FIRST_TILE, Atlas, shifted
+from facezip.character.tiles import Atlas, shifted
 from scenes.surface import in_tiles
 from tests.facezip.surfaces import random_surface
 
@@ -11,10 +11,10 @@ def test_cutting_into_tiles_and_joining_them_changes_nothing(tiles):
     whole = random_surface(side=48)
     cut = in_tiles(whole, *tiles)
     atlas = Atlas.of(cut.tiles)
-    np.testing.assert_allclose(atlas.topology(cut.topology).uv, whole.topology.uv, atol=1e-6)
+    np.testing.assert_allclose(atlas.topology(cut.meshes.topology).uv, whole.meshes.topology.uv, atol=1e-6)
     for kind in whole.maps:
-        joined = atlas.joined({tile: cut.parts[kind.name, tile].texture("expr_1") for tile in cut.tiles})
-        np.testing.assert_array_equal(joined, whole.parts[kind.name, FIRST_TILE].texture("expr_1"))
+        joined = atlas.joined({tile: cut.texture("expr_1", kind.name, tile) for tile in cut.tiles})
+        np.testing.assert_array_equal(joined, whole.texture("expr_1", kind.name))
 
 
 def test_tiles_far_from_the_first_leave_no_empty_room_around_them():
@@ -30,6 +30,6 @@ def test_a_smaller_tile_is_enlarged_to_the_largest():
 
 
 def test_a_tile_lies_in_the_unit_square_of_its_own_layout(surface):
-    topology = in_tiles(surface, 2, 2).topology
+    topology = in_tiles(surface, 2, 2).meshes.topology
     for tile, corner in ((1001, (0, 0)), (1002, (1, 0)), (1011, (0, 1)), (1012, (1, 1))):
         np.testing.assert_allclose(shifted(topology, tile).uv + corner, topology.uv)
