@@ -15,16 +15,15 @@ def surface():
 
 
 def test_its_albedo_is_the_embedded_characters(surface):
-    np.testing.assert_array_equal(surface.whole.textures, make_character(128, 3).textures)
+    np.testing.assert_array_equal(surface.first.textures, make_character(128, 3).first.textures)
 
 
 def test_without_nuisances_the_maps_are_the_truth():
     surface, person = make_surface(128, 2, nuisances=0), Person.make(128)
-    for name in surface.whole.expressions:
+    for name in surface.expressions:
         truth = person.relief(EXPRESSIONS[name])
         for kind in surface.maps[1:]:
-            part = surface.parts[kind.name, FIRST_TILE]
-            seen = kind.values(part.texture(name))
+            seen = surface.texture(name, kind.name)
             if kind.is_normal:
                 p, q = np.moveaxis(truth.slopes, 2, 0)
                 expected = np.stack([p, q, np.ones_like(p)], 2) / np.sqrt(1 + p**2 + q**2)[..., None]
@@ -42,8 +41,8 @@ def test_further_maps_of_a_capture_are_misregistered_as_its_albedo_is():
 
 def test_folds_tilt_normals_where_they_darken_the_skin(surface):
     exact = make_surface(256, 4, nuisances=0)
-    normal, albedo = (exact.parts[name, FIRST_TILE] for name in ("normal", "albedo"))
-    n = albedo.index("frown")
+    normal, albedo = (exact.stacks[name, FIRST_TILE] for name in ("normal", "albedo"))
+    n = exact.expressions.index("frown")
     dark = (albedo.neutral.astype(float) - albedo.textures[n]).mean(axis=2)
     tilt = np.abs(normal.textures[n].astype(float) - normal.neutral).sum(axis=2)
     deep = dark > np.quantile(dark, 0.995)
@@ -54,5 +53,5 @@ def test_tiles_hold_the_same_texels():
     cut = make_surface(128, 2, tiles=(2, 2))
     whole = make_surface(128, 2)
     np.testing.assert_array_equal(
-        cut.parts["normal", 1012].textures, whole.parts["normal", FIRST_TILE].textures[:, :64, 64:]
+        cut.stacks["normal", 1012].textures, whole.stacks["normal", FIRST_TILE].textures[:, :64, 64:]
     )

@@ -5,6 +5,7 @@ pass over the texels makes all of them; the clustering itself never sees a texel
 """
 
 import warnings
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from sklearn.cluster import KMeans
 
 STARTS = 10
+# Inertias whose ratio is closer to 1 than this are equal.
+TIED = 1e-9
 
 
 def masked_gram(stack: Stack, masks: Masks) -> NDArray[np.float64]:
@@ -51,9 +54,23 @@ def cluster_fragments(grams: NDArray[np.float64], clusters: int, seed: int) -> N
 def best_clusters(gram: NDArray[np.float64], clusters: int, seed: int) -> NDArray[np.int32]:
     """Labels ``(N,)`` of the rows whose Gram matrix is given."""
     rows = gram_rows(gram)
-    fits = [lloyd(rows, start) for start in starts(rows, clusters, seed)]
-    labels: NDArray[np.int32] = min(fits, key=lambda fit: fit.inertia_).labels_
-    return labels
+    return best_of([lloyd(rows, start) for start in starts(rows, clusters, seed)])
+
+
+def best_of(fits: Sequence["KMeans"]) -> NDArray[np.int32]:
+    """The labels ``(N,)`` of the fit of least inertia, clusters numbered in the order of their first members.
+
+    Starts often end in one partition, or in several that are equally good, apart by rounding, which differs between
+    processors: the first of those in the order of their labels is taken everywhere.
+    """
+    least = min(fit.inertia_ for fit in fits)
+    equal = [fit.labels_ for fit in fits if fit.inertia_ <= least * (1 + TIED)]
+    return np.array(min(map(_in_order, equal)), np.int32)
+
+
+def _in_order(labels: NDArray[np.int32]) -> tuple[int, ...]:
+    numbers = {label: number for number, label in enumerate(dict.fromkeys(labels.tolist()))}
+    return tuple(numbers[label] for label in labels.tolist())
 
 
 def starts(rows: NDArray[np.float64], clusters: int, seed: int) -> list[NDArray[np.int64]]:

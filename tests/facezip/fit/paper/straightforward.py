@@ -19,7 +19,7 @@ from sklearn.exceptions import ConvergenceWarning
 from facezip import compress
 from facezip.character.raster import rasterise
 from facezip.fit.paper.factorise import cluster_shares, difference_textures
-from facezip.fit.paper.fragments import cluster_fragments, masked_gram
+from facezip.fit.paper.fragments import best_of, cluster_fragments, masked_gram
 from facezip.fit.paper.masks import RINGING, _laplacian, compute_masks, face_region, poisson_disk_samples
 from facezip.fit.paper.paircosts import pair_costs
 from facezip.fit.paper.stitching import search
@@ -81,7 +81,7 @@ def fragments(character, mask):
 def cluster(pixels, clusters, seed):
     random = np.random.RandomState(seed)
     fits = [cluster_from(pixels, kmeans_plusplus(pixels, clusters, random_state=random)[1]) for _ in range(STARTS)]
-    return min(fits, key=lambda fit: fit.inertia_).labels_
+    return best_of(fits)
 
 
 def cluster_from(pixels, start):

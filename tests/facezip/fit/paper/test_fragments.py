@@ -76,3 +76,13 @@ def test_grams_scale_with_the_range_of_the_stored_type():
     eight, masks = character.first, compute_masks(character, 5, 0)[ALBEDO_KEY]
     sixteen = Stack(eight.neutral.astype(np.uint16) * 257, eight.textures.astype(np.uint16) * 257)
     np.testing.assert_allclose(masked_gram(sixteen, masks), masked_gram(eight, masks), rtol=1e-4, atol=1e-7)
+
+
+def test_rounding_decides_no_tie():
+    """As two processors see the same fragments: the last bits of their Gram matrices differ."""
+    gram, _ = planted(4, 1, coordinates=3)
+    nudged = gram * (1 + 1e-15 * np.random.default_rng(0).normal(size=gram.shape))
+    for matrix in (nudged, (nudged + nudged.T) / 2, gram[::-1, ::-1][::-1, ::-1]):
+        labels = cluster_fragments(np.stack([gram, matrix]), 4, 0)
+        np.testing.assert_array_equal(labels[1], labels[0])
+    np.testing.assert_array_equal(labels[0], np.arange(4))
