@@ -18,6 +18,7 @@ lint: .venv/ready
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/lint-imports --no-logo --no-cache
 
 # Setting up bundles the viewer where it can; this says why where it cannot, and checks the types too.
 viewer: .venv/ready

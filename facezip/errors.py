@@ -2,7 +2,7 @@
 
 from enum import IntEnum, StrEnum
 
-from facezip.files.names import printable
+from facezip.names import printable
 
 
 class ExitCode(IntEnum):

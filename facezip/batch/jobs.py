@@ -8,7 +8,7 @@ from typing import Any
 
 from facezip.character.scans import NEUTRAL
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.names import first_unusable, printable
+from facezip.names import first_unusable, printable
 
 
 @dataclass(frozen=True)

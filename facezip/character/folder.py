@@ -19,7 +19,6 @@ from facezip.character.tiles import FIRST_TILE, shifted
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.decoding import filled, stated_size
 from facezip.files.images import Texels, read_texture, to_float, write_texture, write_values
-from facezip.files.names import printable
 from facezip.files.obj import Topology, read_obj, write_obj
 from facezip.files.reading import check_expansion
 from facezip.files.writing import whole_folder
@@ -27,6 +26,7 @@ from facezip.machine import memory
 from facezip.machine.cores import cores
 from facezip.machine.progress import task
 from facezip.machine.rows import by_rows, map_rows
+from facezip.names import printable
 
 # Fifty flat 2048 x 2048 textures are no attack; what unfolds to more has to be in proportion to its files.
 SPARE = 2**32

@@ -22,11 +22,11 @@ from facezip.character.tiles import FIRST_TILE
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.glb import Glb, GlbFault
 from facezip.files.images import Texels, png, read_texture
-from facezip.files.names import printable
 from facezip.files.reading import check_expansion
 from facezip.files.writing import write_whole
 from facezip.machine import memory
 from facezip.machine.progress import track
+from facezip.names import printable
 
 VARIANTS = "KHR_materials_variants"
 SUFFIXES = {"image/png": ".png", "image/jpeg": ".jpg"}

@@ -14,9 +14,9 @@ from facezip.character.neutrals import neutral_bits
 from facezip.character.tiles import shifted
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import Texels
-from facezip.files.names import MAX_CHARACTERS, first_unusable
 from facezip.files.obj import Topology
 from facezip.machine.rows import by_rows
+from facezip.names import MAX_CHARACTERS, first_unusable
 
 NEUTRAL = "neutral"
 MAX_EXPRESSIONS = 4096

@@ -45,11 +45,11 @@ def command(
     from render.settings import Settings
     from render.validation import validate
     from reports.validation import write_validation_report
-    from scenes.character import make_character
+    from scenes.surface import make_surface
 
     start = perf_counter()
     with whole_folder(output, overwrite, _is_demo) as folder:
-        save_character(make_character(resolution, expressions, seed), folder / "character")
+        save_character(make_surface(resolution, expressions, seed), folder / "character")
         scans = load_character(folder / "character")
         pack = folder / PACK
         compressed = write_measured(scans, compress(scans), pack, False, Request().stated)

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from facezip.files.names import printable
+from facezip.names import printable
 
 FOLDER = click.Path(path_type=Path)
 

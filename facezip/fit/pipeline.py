@@ -11,12 +11,12 @@ from facezip.character.loading import load_character
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
 from facezip.files.images import read_values
-from facezip.files.names import printable
 from facezip.files.writing import check_target
 from facezip.fit.choice import Choice, choose
 from facezip.fit.importance import Importance
 from facezip.fit.methods import compress
 from facezip.fit.settings import Settings, made_with
+from facezip.names import printable
 from facezip.pack.errors import pack_errors
 from facezip.pack.facts import pack_facts
 from facezip.pack.model import CompressedTextures

@@ -12,7 +12,7 @@ from typing import Any
 from facezip import FaceZipError
 from facezip.character.loading import save_character
 from facezip.export.web import export_web
-from facezip.files.names import is_safe_name
+from facezip.names import is_safe_name
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
 from render.validation import Settings, validate

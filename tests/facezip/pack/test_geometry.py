@@ -7,8 +7,8 @@ from hypothesis import given, settings
 
 from facezip.character.scans import MAX_EXPRESSIONS
 from facezip.files.glb import Glb, GlbFault
-from facezip.files.names import MAX_BYTES
 from facezip.files.obj import Topology
+from facezip.names import MAX_BYTES
 from facezip.pack.geometry import SEAM, TOLERANCE, V_UP, head_bytes, read_head
 from tests.facezip.conftest import grid_topology
 
