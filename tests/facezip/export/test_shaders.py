@@ -174,25 +174,30 @@ def godot(exported, gpu):
         assert (drawn[..., 3] == 1).all()
         targets[f"map_weights_{target}"] = gpu.texture(drawn)
     maps = {f"map_{name}": textures[name] for name in exported.maps}
-    shown = {"normal": "2.0 * NORMAL_MAP - 1.0", "roughness": "vec3(ROUGHNESS)", "specular": "vec3(SPECULAR)"}
+    shown = {"normal": "NORMAL", "roughness": "vec3(ROUGHNESS)", "specular": "vec3(SPECULAR)"}
     # What the head does not show is one of its variables all the same.
     text = exported.text("head.gdshader")
     if "cavity" in exported.facts["maps"]:
         text = text.replace("    ALBEDO =", "    CAVITY = out_cavity;\n    ALBEDO =")
     values = [{"albedo": "ALBEDO", "cavity": "vec3(CAVITY)", **shown}[kind.name] for kind in exported.model.maps]
-    source = as_glsl(text, exported.size, exported.shown("vec", "gl_FragCoord.x", values))
-    exported.all_match(gpu.draw(source, exported.wide, maps | targets))
+    shown = exported.shown("vec", "gl_FragCoord.x", values)
+    for compatibility in (False, True):
+        drawn = gpu.draw(as_glsl(text, exported.size, shown, compatibility), exported.wide, maps | targets)
+        exported.all_match(drawn, encoded=compatibility)
 
 
-def as_glsl(text, size, result):
-    """Godot's language is GLSL with a few words more."""
+def as_glsl(text, size, result, compatibility=False):
+    """Godot's language is GLSL with a few words more; the head is a flat sheet."""
     text = re.sub(r"^(shader_type|render_mode).*$", "", text, flags=re.MULTILINE)
     text = re.sub(r"(uniform sampler2D \w+) : [\w, ]+;", r"\1;", text)
     text = re.sub(r"(uniform \w+ \w+) : hint_range\([^)]*\)", r"\1", text)
     return f"""#version 450
 layout(location = 0) out vec4 result;
-vec4 COLOR; vec3 ALBEDO, NORMAL_MAP; float ROUGHNESS, SPECULAR, CAVITY;
+const bool OUTPUT_IS_SRGB = {str(compatibility).lower()};
+vec4 COLOR; vec3 ALBEDO; float ROUGHNESS, SPECULAR, CAVITY;
+vec3 TANGENT = vec3(1, 0, 0), BINORMAL = vec3(0, 1, 0), NORMAL = vec3(0, 0, 1);
 vec2 UV = {place("vec2", "gl_FragCoord", size)};
+vec3 VERTEX = vec3(UV.x, 1.0 - UV.y, 0.0);
 {text}
 void main() {{ fragment(); result = {result}; }}"""
 
