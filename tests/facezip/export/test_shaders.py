@@ -208,7 +208,8 @@ struct UnityTexture2D { Texture2D tex; SamplerState samplerstate; float4 texelSi
 UnityTexture2D built(Texture2D tex, SamplerState samplerstate, float4 texelSize)
 {
     UnityTexture2D made;
-    made.tex = tex; made.samplerstate = samplerstate; made.texelSize = texelSize; made.scaleTranslate = float4(1, 1, 0, 0);
+    made.tex = tex; made.samplerstate = samplerstate;
+    made.texelSize = texelSize; made.scaleTranslate = float4(1, 1, 0, 0);
     return made;
 }
 """
