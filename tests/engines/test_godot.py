@@ -109,17 +109,22 @@ def make(name, folder):
 
 
 @pytest.fixture(scope="module")
-def cases(tmp_path_factory):
+def runtime(chromium):
+    if not RUNTIME.is_dir():
+        pytest.skip("Godot's runtime is not installed: npm ci --prefix tests/node")
+    return RUNTIME
+
+
+@pytest.fixture(scope="module")
+def cases(runtime, tmp_path_factory):
     return {name: make(name, tmp_path_factory.mktemp("exports")) for name in EXPORTS}
 
 
 @pytest.fixture(scope="module")
-def shown(chromium, cases):
+def shown(chromium, runtime, cases):
     """All exports in one start of the engine, which takes seconds."""
-    if not RUNTIME.is_dir():
-        pytest.skip("Godot's runtime is not installed: npm ci --prefix tests/node")
     files = {path: content for case in cases.values() for path, content in case.files.items()}
-    return run(chromium, RUNTIME, files, [case.request for case in cases.values()])
+    return run(chromium, runtime, files, [case.request for case in cases.values()])
 
 
 @pytest.fixture(params=EXPORTS)
