@@ -1,4 +1,4 @@
-"""What tests of several rooms use: Node.js, with the packages that judge exports."""
+"""What tests of several rooms use: Node.js, with the packages that judge exports, and a browser."""
 
 import json
 import os
@@ -11,6 +11,11 @@ import pytest
 # For the tests of the pytest plugin.
 pytest_plugins = ["pytester"]
 NODE = Path(__file__).parent / "node"
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+FLAGS = [
+    "--headless", "--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader", "--disable-sync",
+    "--disable-background-networking", "--disable-component-update", "--no-first-run", "--force-color-profile=srgb",
+]  # fmt: skip
 
 
 @pytest.fixture(scope="session")
@@ -35,3 +40,15 @@ def encoder(node, monkeypatch):
     """The UASTC encoder can be found."""
     monkeypatch.setenv("NODE_PATH", str(NODE / "node_modules"))
     return os.environ
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    """Headless Chromium, whose WebGL is drawn in software."""
+    driver = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
+    if CHROMIUM is None:
+        pytest.skip("Chromium is not installed")
+    with driver.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield browser
+        browser.close()

@@ -2,6 +2,7 @@
 
 import ast
 import json
+import re
 import shutil
 import sys
 
@@ -190,8 +191,12 @@ def test_scripts_are_of_their_languages(either):
     elif target == "unity":
         sitter, grammar = pytest.importorskip("tree_sitter"), pytest.importorskip("tree_sitter_c_sharp")
         parser = sitter.Parser(sitter.Language(grammar.language()))
-        for file in ("FaceZipHead.cs", "Editor/FaceZipImport.cs"):
-            assert not parser.parse((folder / file).read_bytes()).root_node.has_error
+        scripts = sorted(folder.rglob("*.cs"))
+        assert [file.name for file in scripts] == ["FaceZipBlocks.cs", "FaceZipImport.cs", "FaceZipHead.cs"]
+        for file in scripts:
+            assert not parser.parse(file.read_bytes()).root_node.has_error
+            # Unity finds components and importers by the names of their files.
+            assert re.findall(r"^public sealed class (\w+)", file.read_text(encoding="utf-8"), re.M) == [file.stem]
 
 
 def test_guides_state_the_settings_that_break_a_blend(either):

@@ -15,9 +15,14 @@ def write_text(folder: Path, files: dict[str, str], words: dict[str, object]) ->
         (folder / file).write_text(render(template, **words), encoding="utf-8")
 
 
-def write_head(source: Source, folder: Path, files: dict[str, str], dialect: Dialect, form: Format) -> None:
-    """Write what tiles share: ``files``, and where the pack has meshes the head, which shows its neutral as PNG."""
+def write_head(
+    source: Source, folder: Path, files: dict[str, str], dialect: Dialect, form: Format, jointed: bool = False
+) -> None:
+    """Write what tiles share: ``files``, and where the pack has meshes the head, which shows its neutral as PNG.
+
+    ``jointed`` is that of :func:`facezip.export.gltf.write_glb`.
+    """
     tiles = [tile.layout.number for tile in source.tiles]
     write_text(folder, files, shader_words(source.tiles[0], dialect) | {"suffix": form.suffix, "tiles": tiles})
     if source.surface.meshes is not None:
-        write_glb(source, folder / GLB_FILE)
+        write_glb(source, folder / GLB_FILE, jointed=jointed)

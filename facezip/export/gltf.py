@@ -16,14 +16,15 @@ from facezip.export.folder import Target
 from facezip.export.maps import BASIS, PNG, Format
 from facezip.export.shaders import GLSL, HLSL, render, shader, shader_words
 from facezip.export.source import Source, Tile
-from facezip.files.glb import GlbBuilder
+from facezip.files.glb import VERTICES, GlbBuilder
 from facezip.files.images import Texels, png
 
 GLB_FILE = "head.glb"
+JOINT = "head_joint"
 BASIS_EXTENSION = "KHR_texture_basisu"
 
 
-def write_glb(source: Source, file: Path, basis: Path | None = None) -> None:
+def write_glb(source: Source, file: Path, basis: Path | None = None, jointed: bool = False) -> None:
     """Write the geometry with its morph targets, and the neutral as its material, as one GLB.
 
     Parameters
@@ -31,9 +32,12 @@ def write_glb(source: Source, file: Path, basis: Path | None = None) -> None:
     source : the pack.
     file : to write.
     basis : the folder of an export whose albedo is KTX2, which then is the material's colour; else it is PNG.
+    jointed : whether the head hangs on one joint, for programs that keep morph targets of skinned meshes alone.
     """
     glb = start(source.name)
-    add_mesh(glb, source.name, source.meshes, source.surface.expressions, source.charts)
+    primitives = add_mesh(glb, source.name, source.meshes, source.surface.expressions, source.charts)
+    if jointed:
+        _add_joint(glb, primitives)
     glb.document |= {"samplers": CLAMPED, "textures": [], "materials": []}
     for tile in source.tiles:
         several = f"_{tile.layout.number}" if len(source.tiles) > 1 else ""
@@ -42,6 +46,20 @@ def write_glb(source: Source, file: Path, basis: Path | None = None) -> None:
     if basis:
         glb.document |= {key: [BASIS_EXTENSION] for key in ("extensionsUsed", "extensionsRequired")}
     file.write_bytes(glb.finish().to_bytes())
+
+
+def _add_joint(glb: GlbBuilder, primitives: list[dict[str, Any]]) -> None:
+    """One joint at the origin, which moves every vertex by all of its weight."""
+    for primitive in primitives:
+        attributes = primitive["attributes"]
+        count = glb.document["accessors"][attributes["POSITION"]]["count"]
+        attributes["JOINTS_0"] = glb.array(np.zeros((count, 4), np.uint8), VERTICES)
+        attributes["WEIGHTS_0"] = glb.array(np.tile(np.array([1, 0, 0, 0], np.float32), (count, 1)), VERTICES)
+    nodes = glb.document["nodes"]
+    nodes.append({"name": JOINT})
+    nodes[0]["skin"] = 0
+    glb.document["skins"] = [{"name": JOINT, "joints": [1], "skeleton": 1}]
+    glb.document["scenes"][0]["nodes"].append(1)
 
 
 def _material(glb: GlbBuilder, tile: Tile, name: str, several: str, albedo: Path | None) -> dict[str, Any]:

@@ -20,6 +20,7 @@ OF_TILE = {
 OF_HEAD = {
     "FaceZipHead.cs": "unity/component.j2",
     "Editor/FaceZipImport.cs": "unity/import.j2",
+    "Editor/FaceZipBlocks.cs": "unity/blocks.j2",
     "GUIDE.md": "unity/guide.j2",
 }
 

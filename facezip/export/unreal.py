@@ -25,7 +25,8 @@ def _write_tile(tile: Tile, folder: Path) -> None:
 
 
 def _write_head(source: Source, folder: Path, form: Format) -> None:
-    write_head(source, folder, OF_HEAD, DIALECT, form)
+    # Without a joint an importer may take the head for a static mesh, and its morph targets are lost.
+    write_head(source, folder, OF_HEAD, DIALECT, form, jointed=True)
 
 
 export_unreal = Target("unreal", {"png": PNG}, _write_tile, _write_head)

@@ -30,7 +30,7 @@ COMPONENTS: dict[int, type[np.generic]] = {
     5126: np.float32,
 }
 CODES = {np.dtype(kind): code for code, kind in COMPONENTS.items()}
-WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 TYPES = {width: name for name, width in WIDTHS.items()}
 MAX_BYTES = 2**31
 # A parsed list takes up to 30 times its text.

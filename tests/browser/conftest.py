@@ -1,7 +1,6 @@
 """The viewer in headless Chromium; skipped, and said so, where the browser, its driver or the bundle is missing."""
 
 import base64
-import shutil
 from contextlib import contextmanager
 from io import BytesIO
 from threading import Thread
@@ -14,11 +13,6 @@ from facezip.viewer.build import BUNDLE
 from facezip.viewer.scene import read_scene
 from facezip.viewer.server import ADDRESS, files_of, serve
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-FLAGS = [
-    "--headless", "--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader", "--disable-sync",
-    "--disable-background-networking", "--disable-component-update", "--no-first-run", "--force-color-profile=srgb",
-]  # fmt: skip
 READY_MS = 120_000
 
 # Draws once more and reads what was drawn, in the same task: the drawing buffer is gone after it.
@@ -78,16 +72,10 @@ class Viewer:
 
 
 @pytest.fixture(scope="session")
-def browser():
-    driver = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
-    if CHROMIUM is None:
-        pytest.skip("Chromium is not installed")
+def browser(chromium):
     if not (BUNDLE / "viewer.js").is_file():
         pytest.skip("the viewer is not built; run 'make viewer'")
-    with driver.sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield chromium
-        chromium.close()
+    return chromium
 
 
 @pytest.fixture(scope="session")

@@ -13,7 +13,8 @@ from playwright.sync_api import sync_playwright
 
 from facezip.machine.conditions import conditions
 from facezip.pack.write import write_pack
-from tests.browser.conftest import CHROMIUM, FLAGS, Viewer, served
+from tests.browser.conftest import Viewer, served
+from tests.conftest import CHROMIUM, FLAGS
 from tests.facezip.conftest import random_model
 
 

@@ -23,9 +23,30 @@ def exported(pack):
     return folder
 
 
-def test_the_validator_finds_nothing(exported, node):
-    issues = node("validate.mjs", exported / "head.glb")
-    assert issues["messages"] == []
+@pytest.fixture(scope="module")
+def jointed(pack):
+    """Unreal's, which hangs on a joint."""
+    folder = pack.parent / "unreal"
+    TARGETS["unreal"](pack, folder)
+    return folder
+
+
+def test_the_validator_finds_nothing(exported, jointed, node):
+    for folder in (exported, jointed):
+        assert node("validate.mjs", folder / "head.glb")["messages"] == []
+
+
+def test_only_unreal_s_head_hangs_on_a_joint_which_moves_all_of_it(exported, jointed):
+    plain, glb = (Glb.read(folder / "head.glb") for folder in (exported, jointed))
+    assert not {"skins", "JOINTS_0"} & {*plain.document, *plain.document["meshes"][0]["primitives"][0]["attributes"]}
+    (skin,), nodes = glb.document["skins"], glb.document["nodes"]
+    assert nodes[0]["skin"] == 0
+    assert {key: nodes[skin["joints"][0]].get(key) for key in ("translation", "matrix", "mesh")} == dict.fromkeys(
+        ("translation", "matrix", "mesh")
+    )
+    for part in glb.document["meshes"][0]["primitives"]:
+        assert (glb.array(part["attributes"]["JOINTS_0"]) == 0).all()
+        assert (glb.array(part["attributes"]["WEIGHTS_0"]) == [1, 0, 0, 0]).all()
 
 
 def test_uastc_is_valid_and_three_s_transcoder_sees_what_was_measured(tmp_path, node, encoder):
@@ -55,10 +76,10 @@ def test_uastc_is_valid_and_three_s_transcoder_sees_what_was_measured(tmp_path, 
     assert document["codec"]["rmse"] == pytest.approx(rmse, rel=1e-3)
 
 
-@pytest.mark.parametrize("through", ["as written", "glTF-Transform"])
-def test_three_js_sees_the_pack_s_targets(exported, pack, node, tmp_path, through):
-    file = exported / "head.glb"
-    if through != "as written":
+@pytest.mark.parametrize("through", ["as written", "on a joint", "glTF-Transform"])
+def test_three_js_sees_the_pack_s_targets(exported, jointed, pack, node, tmp_path, through):
+    file = (jointed if through == "on a joint" else exported) / "head.glb"
+    if through == "glTF-Transform":
         names = node("transform.mjs", file, tmp_path / "out.glb")["targets"]
         file = tmp_path / "out.glb"
         assert names == list(read_pack(pack).expressions)

@@ -206,7 +206,7 @@ def test_unity_s_blocks_lie_behind_a_dds_header_of_148_bytes(pack, tmp_path):
     content = (tmp_path / "out" / "neutral.bc7").read_bytes()
     height, width, levels = (int.from_bytes(content[at : at + 4], "little") for at in (12, 16, 28))
     assert (height, width, levels) == (64, 64, 7)
-    assert "Header = 148" in (tmp_path / "out" / "Editor" / "FaceZipImport.cs").read_text()
+    assert "Header = 148" in (tmp_path / "out" / "Editor" / "FaceZipBlocks.cs").read_text()
     assert len(content) - 148 == sum(bc7().bytes_of(*size) for size in level_sizes((64, 64)))
     neutral = read_pack(pack).neutral
     seen = bc7().load(content[148:][: bc7().bytes_of(64, 64)], (64, 64, 3))[::-1] / 255

@@ -174,50 +174,97 @@ def godot(exported, gpu):
         assert (drawn[..., 3] == 1).all()
         targets[f"map_weights_{target}"] = gpu.texture(drawn)
     maps = {f"map_{name}": textures[name] for name in exported.maps}
-    shown = {"normal": "2.0 * NORMAL_MAP - 1.0", "roughness": "vec3(ROUGHNESS)", "specular": "vec3(SPECULAR)"}
+    shown = {"normal": "NORMAL", "roughness": "vec3(ROUGHNESS)", "specular": "vec3(SPECULAR)"}
     # What the head does not show is one of its variables all the same.
     text = exported.text("head.gdshader")
     if "cavity" in exported.facts["maps"]:
         text = text.replace("    ALBEDO =", "    CAVITY = out_cavity;\n    ALBEDO =")
     values = [{"albedo": "ALBEDO", "cavity": "vec3(CAVITY)", **shown}[kind.name] for kind in exported.model.maps]
-    source = as_glsl(text, exported.size, exported.shown("vec", "gl_FragCoord.x", values))
-    exported.all_match(gpu.draw(source, exported.wide, maps | targets))
+    shown = exported.shown("vec", "gl_FragCoord.x", values)
+    for compatibility in (False, True):
+        drawn = gpu.draw(as_glsl(text, exported.size, shown, compatibility), exported.wide, maps | targets)
+        exported.all_match(drawn, encoded=compatibility)
 
 
-def as_glsl(text, size, result):
-    """Godot's language is GLSL with a few words more."""
+def as_glsl(text, size, result, compatibility=False):
+    """Godot's language is GLSL with a few words more; the head is a flat sheet."""
     text = re.sub(r"^(shader_type|render_mode).*$", "", text, flags=re.MULTILINE)
     text = re.sub(r"(uniform sampler2D \w+) : [\w, ]+;", r"\1;", text)
     text = re.sub(r"(uniform \w+ \w+) : hint_range\([^)]*\)", r"\1", text)
     return f"""#version 450
 layout(location = 0) out vec4 result;
-vec4 COLOR; vec3 ALBEDO, NORMAL_MAP; float ROUGHNESS, SPECULAR, CAVITY;
+const bool OUTPUT_IS_SRGB = {str(compatibility).lower()};
+vec4 COLOR; vec3 ALBEDO; float ROUGHNESS, SPECULAR, CAVITY;
+vec3 TANGENT = vec3(1, 0, 0), BINORMAL = vec3(0, 1, 0), NORMAL = vec3(0, 0, 1);
 vec2 UV = {place("vec2", "gl_FragCoord", size)};
+vec3 VERTEX = vec3(UV.x, 1.0 - UV.y, 0.0);
 {text}
 void main() {{ fragment(); result = {result}; }}"""
 
 
+# What Shader Graph writes in front of an include: the type of textures, and the graph's own properties.
+UNITY_GRAPH = """
+struct UnityTexture2D { Texture2D tex; SamplerState samplerstate; float4 texelSize; float4 scaleTranslate; };
+UnityTexture2D built(Texture2D tex, SamplerState samplerstate, float4 texelSize)
+{
+    UnityTexture2D made;
+    made.tex = tex; made.samplerstate = samplerstate;
+    made.texelSize = texelSize; made.scaleTranslate = float4(1, 1, 0, 0);
+    return made;
+}
+"""
+UNITY_PROPERTY = "Texture2D {0}; SamplerState sampler{0}; float4 {0}_TexelSize;\n"
 UNITY_STUB = """float4 main(float4 position : SV_Position) : SV_Target {{ {body} }}"""
+
+
+def unity_programs(exported, file):
+    """The HLSL of each pass of a shader file."""
+    text = exported.text(file)
+    shared = "".join(re.findall(r"HLSLINCLUDE(.*?)ENDHLSL", text, re.DOTALL))
+    passes = [shared + own for own in re.findall(r"HLSLPROGRAM(.*?)ENDHLSL", text, re.DOTALL)]
+    assert passes
+    return [re.sub(r"#pragma.*", "", text) for text in passes]
 
 
 def test_unity_gives_the_blend_from_rows_that_lie_upside_down(model, gpu, tmp_path):
     exported = Exported(model, "unity", tmp_path)
-    include, textures = exported.text("FaceZip.hlsl"), exported.textures(gpu, upside_down=True)
+    textures = exported.textures(gpu, upside_down=True)
     bound = {f"_FaceZip{camel(name)}": texture for name, texture in textures.items()}
-    for layer in range(exported.layers):
-        call = re.search(rf"return (facezip_weights_{layer}\(.*\);)", exported.text("FaceZipWeights.shader")).group(1)
-        body = f"int2 texel = int2(position.xy); return {call}"
-        source = hlsl_to_glsl(f"{include}\nTexture2D _MainTex;\n" + UNITY_STUB.format(body=body), tmp_path)
+    for layer, program in enumerate(unity_programs(exported, "FaceZipWeights.shader")):
+        functions, call = re.search(r"(.*)float4 frag.*(return .*?;)", program, re.DOTALL).groups()
+        text = functions.replace('#include "UnityCG.cginc"', "")
+        body = f"int2 texel = int2(position.xy); {call}"
+        source = hlsl_to_glsl(text + UNITY_STUB.format(body=body), tmp_path)
         drawn = gpu.draw(source, exported.weight_size, {"_MainTex": textures.get(f"weights_{layer}")}, exported.beta)
         bound[f"_FaceZipWeights{layer}"] = gpu.texture(drawn)
-    outs = exported.outs.values()
-    declared = "".join(f"{hlsl_type(exported, kind)} {out};" for kind, out in exported.outs.items())
-    shown = exported.shown("float", "position.x", [f"(float3){out}" for out in outs])
-    body = f"{declared} FaceZip_float({place('float2', 'position', exported.size)}, {', '.join(outs)}); return {shown};"
     for keyword in ("", "#define UNITY_COLORSPACE_GAMMA\n"):
-        source = hlsl_to_glsl(keyword + include + UNITY_STUB.format(body=body), tmp_path)
+        source = hlsl_to_glsl(keyword + unity_graph(exported), tmp_path)
         drawn = gpu.draw(source, exported.wide, bound, exported.beta)
         exported.all_match(drawn, upside_down=True, encoded=bool(keyword))
+
+
+def unity_graph(exported):
+    """A shader as Shader Graph makes it of GUIDE.md: the include behind the declarations of its own properties."""
+    names = [*map(camel, exported.maps), *(f"Weights{layer}" for layer in range(exported.layers))]
+    properties = [f"_FaceZip{name}" for name in names]
+    declared = UNITY_GRAPH + "".join(UNITY_PROPERTY.format(name) for name in properties)
+    outs = exported.outs.values()
+    variables = "".join(f"{hlsl_type(exported, kind)} {out};" for kind, out in exported.outs.items())
+    textures = [f"built({name}, sampler{name}, {name}_TexelSize)" for name in properties]
+    arguments = ", ".join([place("float2", "position", exported.size), *textures, *outs])
+    shown = exported.shown("float", "position.x", [f"(float3){out}" for out in outs])
+    body = f"{variables} FaceZip_float({arguments}); return {shown};"
+    return declared + exported.text("FaceZip.hlsl") + UNITY_STUB.format(body=body)
+
+
+def test_unity_s_guide_names_the_inputs_of_the_node_in_their_order(model, tmp_path):
+    exported = Exported(model, "unity", tmp_path)
+    signature = re.search(r"void FaceZip_float\((.*)\)", exported.text("FaceZip.hlsl")).group(1)
+    inputs = re.findall(r"UnityTexture2D (\w+)", signature)
+    named = exported.text("GUIDE.md").split("as Texture 2D: ")[1].split(".\n")[0]
+    assert re.findall(r"`(\w+)`", named) == inputs
+    outputs = exported.text("GUIDE.md").split("Outputs: ")[1].split(".\n")[0]
+    assert re.findall(r"`(\w+)`", outputs) == re.findall(r"out \w+ (\w+)", signature)
 
 
 def hlsl_type(exported, kind):
@@ -276,13 +323,9 @@ def test_unity_s_shaders_compile(model, tmp_path):
     exported = Exported(model, "unity", tmp_path)
     (tmp_path / "UnityCG.cginc").write_text(UNITY_CG)
     for file in ("FaceZipWeights.shader", "FaceZipHead.shader"):
-        programs = re.findall(r"HLSLPROGRAM(.*?)ENDHLSL", exported.text(file), re.DOTALL)
-        assert programs
-        for program in programs:
-            text = re.sub(r"#pragma.*", "", program).replace("float4 frag(", "float4 main(")
-            hlsl_to_glsl(
-                "#extension GL_GOOGLE_include_directive : enable\n" + text, tmp_path, tmp_path, exported.folder
-            )
+        for program in unity_programs(exported, file):
+            text = program.replace("float4 frag(", "float4 main(")
+            hlsl_to_glsl("#extension GL_GOOGLE_include_directive : enable\n" + text, tmp_path, tmp_path)
 
 
 def test_every_dialect_says_the_same(model, tmp_path):

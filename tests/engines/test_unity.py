@@ -1,0 +1,73 @@
+"""The component of Unity exports runs, on as much of Unity as it uses: its fields may be filled in at any time."""
+
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from facezip.export import TARGETS
+from facezip.pack.surface_model import CompressedSurface
+from facezip.pack.version_2 import write_surface
+from tests.facezip.conftest import random_model
+from tests.facezip.export.conftest import layered_model
+
+UNITY = Path(__file__).parent / "unity"
+NAMES = ('smile "wide"', "clin d'œil", "blink")
+MODELS = {
+    "manifest": CompressedSurface.of(replace(random_model(slots=5, meshes=True), expressions=NAMES)),
+    "uniform": CompressedSurface.of(replace(random_model(weights=(1, 1), meshes=True), expressions=NAMES)),
+    "tiles": layered_model(tiles=(1001, 1002)),
+}
+
+
+@pytest.fixture(scope="module")
+def scenes(tmp_path_factory):
+    """By scene: what was drawn, which textures the renderer was given, how many are alive, and the warnings."""
+    if shutil.which("mcs") is None or shutil.which("mono") is None:
+        pytest.skip("Mono is not installed (Debian's mono-mcs)")
+    folder = tmp_path_factory.mktemp("unity")
+    for name, model in MODELS.items():
+        write_surface(model, folder / f"{name}.facezip")
+        TARGETS["unity"](folder / f"{name}.facezip", folder / name)
+    # The mesh has them in an order of its own, and not all.
+    (folder / "shapes").write_text(f"{NAMES[1]}\n{NAMES[0]}\n", encoding="utf-8")
+    sources = [*sorted(UNITY.glob("*.cs")), folder / "manifest" / "FaceZipHead.cs"]
+    call("mcs", "-warnaserror", "-nowarn:649", f"-out:{folder / 'scenes.exe'}", *sources)
+    files = [*(folder / name / "facezip.json" for name in MODELS), folder / "shapes"]
+    lines = call("mono", folder / "scenes.exe", *files).splitlines()
+    return {scene: parts for scene, *parts in (line.split("|") for line in lines)}
+
+
+def call(*command):
+    done = subprocess.run([*map(str, command)], capture_output=True, encoding="utf-8", check=False, timeout=60)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_weights_are_those_of_the_shapes_by_their_names(scenes):
+    drawn, shown, alive, warned = scenes["all at once"]
+    assert drawn == "weights_0 5x3 0 0.5 0.25 0;weights_1 5x3 1 0.5 0.25 0"
+    assert shown == "_FaceZipWeights0 _FaceZipWeights1"
+    assert alive == "2"
+    assert warned == "FaceZip: head lacks the blend shapes blink"
+
+
+@pytest.mark.parametrize("last", range(4))
+def test_fields_may_be_filled_in_one_after_another(scenes, last):
+    assert scenes[f"last {last}"] == scenes["all at once"]
+
+
+def test_what_is_changed_later_has_effect_and_leaves_nothing_behind(scenes):
+    drawn, shown, alive, _ = scenes["another manifest"]
+    assert (drawn, alive) == ("black 1x1 0 0.5 0.25 0", "1")
+    assert shown == "_FaceZipWeights0"
+    drawn, _, alive, warned = scenes["another mesh"]
+    assert (drawn, alive) == ("weights_0 5x3 0 25 0 0;weights_1 5x3 1 25 0 0", "2")
+    assert warned.startswith("FaceZip: ears lacks the blend shapes ")
+    assert scenes["another shader"] == scenes["all at once"]
+    drawn, _, alive, warned = scenes["the manifest of all tiles"]
+    assert (drawn, alive) == ("", "0")
+    assert "take the facezip.json of a tile's folder" in warned
+    assert scenes["disabled"] == ["", "", "0", ""]

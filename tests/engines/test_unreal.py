@@ -1,0 +1,88 @@
+"""The script of Unreal exports runs against the names, arguments and properties of the engine's own stubs."""
+
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from facezip.export import TARGETS
+from facezip.pack.version_2 import write_surface
+from tests.engines.unreal_editor import Editor
+from tests.facezip.export.conftest import KINDS, layered_model
+
+PLUGINS = {None, "PythonScriptPlugin", "Interchange", "InterchangeEditor"}
+
+
+@pytest.fixture(scope="module")
+def stubs():
+    spec = find_spec("unreal")
+    if spec is None:
+        pytest.skip("Unreal's stubs are not installed: pip install unreal-stub")
+    return Path(spec.origin).with_name("unreal.py").read_text(encoding="utf-8-sig")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("unreal")
+    write_surface(layered_model(kinds=KINDS, tiles=(1001, 1002), slots=5), path / "me.facezip")
+    TARGETS["unreal"](path / "me.facezip", path / "face")
+    return path / "face"
+
+
+def run(stubs, folder, head="SkeletalMesh"):
+    """The editor after the script."""
+    imported = {}
+
+    def import_tasks(tasks):
+        for task in tasks:
+            file = Path(task.get_editor_property("filename"))
+            assert file.is_file()
+            imported[file.stem] = getattr(editor, head if file.suffix == ".glb" else "Texture2D")()
+            task.values["imported_object_paths"] = [file.stem]
+
+    answers = {"import_asset_tasks": import_tasks, "load_asset": lambda name: imported[name]}
+    editor = Editor(stubs, {**answers, "does_asset_exist": lambda path: True})
+    script = folder / "setup_facezip.py"
+    text = script.read_text(encoding="utf-8")
+    exec(compile(text.replace("import unreal\n", ""), script, "exec"), {"unreal": editor, "__file__": str(script)})
+    return editor
+
+
+def calls(editor, name):
+    return [list(given.values()) for called, given in editor.calls if called == name]
+
+
+def test_every_name_argument_and_property_exists(stubs, folder):
+    editor = run(stubs, folder)
+    assert calls(editor, "save_directory") == [["/Game/FaceZip/face"]]
+    assert calls(editor, "log_warning") == []
+    # Of each tile three sheets of six textures and two weight maps; materials for two targets and the head.
+    assert len(calls(editor, "save_loaded_asset")) == 2 * (3 * 6 + 2)
+    assert len(calls(editor, "recompile_material")) == 2 * 3
+
+
+def test_nothing_is_of_a_plug_in_that_the_guide_does_not_name(stubs, folder):
+    editor = run(stubs, folder)
+    assert {kind.plugin for kind in editor.classes.values()} <= PLUGINS
+
+
+def test_textures_are_plain_numbers_and_not_virtual(stubs, folder):
+    for (texture,) in calls(run(stubs, folder), "save_loaded_asset"):
+        assert texture.values["srgb"] is False
+        assert texture.values["virtual_texture_streaming"] is False
+
+
+def test_nodes_are_connected_by_the_names_of_their_inputs(stubs, folder):
+    editor = run(stubs, folder)
+    joints = calls(editor, "connect_material_expressions")
+    nodes = {id(node): node for _, _, node, _ in joints}
+    assert len(nodes) == 6
+    for node in nodes.values():
+        inputs = [socket.values["input_name"] for socket in node.values["inputs"]]
+        assert inputs == [name for _, _, other, name in joints if other is node]
+        assert all(name in node.values["code"] for name in inputs)
+
+
+def test_a_head_without_morph_targets_is_warned_of(stubs, folder):
+    (warning,) = calls(run(stubs, folder, head="StaticMesh"), "log_warning")
+    assert "skeletal" in warning[0]
