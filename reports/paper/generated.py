@@ -134,9 +134,9 @@ class Naive:
         """The texture of a shape."""
         shares = self._inverse[self._shapes.index(shape)]
         scans = self._scans.first
-        neutral = to_float(scans.neutral)
+        neutral = to_float(scans.first.neutral)
         total = neutral * (1 - shares.sum())
-        for share, texture in zip(shares, scans.textures, strict=True):
+        for share, texture in zip(shares, scans.first.textures, strict=True):
             total += share * to_float(texture)
         clipped: Texture = np.clip(total, 0, 1)
         return clipped

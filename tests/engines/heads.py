@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from facezip.character.meshes import Meshes
 from facezip.files.obj import Topology
-from facezip.pack.model import Meshes
-from facezip.pack.surface_model import CompressedSurface
 from tests.facezip.conftest import grid_topology, random_model
 from tests.facezip.export.conftest import KINDS, grey, layered_model, smooth_model
 
@@ -29,7 +28,7 @@ def sheet(expressions, tiles=(1001,), empty=(), size=SIZE):
     vertices = np.c_[uv * np.array([width / height, 1], np.float32), np.zeros(len(uv))].astype(np.float32)
     deltas = np.zeros((expressions, *vertices.shape), np.float32)
     deltas[..., 2] = 1 + np.arange(expressions)[:, None]
-    return Meshes(Topology(faces, uv, faces), vertices, deltas)
+    return Meshes(Topology(faces, uv, faces), vertices, vertices + deltas)
 
 
 def head(surface, empty=()):
@@ -43,7 +42,7 @@ def named(model, names):
 
 
 def of(model):
-    return head(CompressedSurface.of(model))
+    return head(model)
 
 
 def mirrored(surface):
@@ -53,7 +52,7 @@ def mirrored(surface):
     vertices[:, 0] -= vertices[:, 0].min()
     topology = meshes.topology
     turned = Topology(topology.faces[:, ::-1].copy(), topology.uv, topology.face_uv[:, ::-1].copy())
-    return replace(surface, meshes=replace(meshes, topology=turned, neutral=vertices))
+    return replace(surface, meshes=Meshes(turned, vertices, vertices + meshes.deltas))
 
 
 HEADS = {

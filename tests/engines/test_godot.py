@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from facezip import read_surface
 from facezip.export import TARGETS
-from facezip.pack.surface_model import CompressedSurface
-from facezip.pack.version_2 import write_surface
+from facezip.pack.model import CompressedTextures
+from facezip.pack.read import read_pack
+from facezip.pack.write import write_pack
 from tests.conftest import NODE
 from tests.engines.editor import imported
 from tests.engines.godot import run
@@ -37,7 +37,7 @@ EXACT_FROM = 64
 class Case:
     """An export in the project, and what the engine should show of it."""
 
-    surface: CompressedSurface
+    surface: CompressedTextures
     poses: dict[str, dict[str, float]]
     files: dict[str, bytes]
     request: dict
@@ -50,7 +50,7 @@ class Case:
         whole = np.zeros((height, width * (max(columns) + 1), 3), np.float32)
         for column in columns:
             place = whole[:, column * width : (column + 1) * width]
-            place[:] = self.surface.blend(kind, 1001 + column, self.poses[pose])
+            place[:] = self.surface.blend(self.poses[pose], kind.name, 1001 + column)
         if is_mirrored(self.surface):
             return whole[:, ::-1] * (np.array([-1, 1, 1], np.float32) if kind.is_normal else np.float32(1))
         return whole
@@ -87,10 +87,10 @@ def make(name, folder):
     head, options, glb = EXPORTS[name]
     place = name.lower().replace(" ", "_").replace(",", "")
     pack = folder / f"{place}.facezip"
-    write_surface(HEADS[head], pack)
+    write_pack(HEADS[head], pack)
     for target in {"godot", glb}:
         TARGETS[target](pack, folder / target / place, **(options if target == "godot" else {}))
-    surface = read_surface(pack)
+    surface = read_pack(pack)
     if options:
         # KTX2 files hold the blocks of DDS files, which others can read.
         TARGETS["godot"](pack, folder / "dds" / place, textures="dds")

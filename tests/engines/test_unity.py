@@ -8,16 +8,16 @@ from pathlib import Path
 import pytest
 
 from facezip.export import TARGETS
-from facezip.pack.surface_model import CompressedSurface
-from facezip.pack.version_2 import write_surface
+from facezip.pack.model import CompressedTextures
+from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_model
 from tests.facezip.export.conftest import layered_model
 
 UNITY = Path(__file__).parent / "unity"
 NAMES = ('smile "wide"', "clin d'œil", "blink")
 MODELS = {
-    "manifest": CompressedSurface.of(replace(random_model(slots=5, meshes=True), expressions=NAMES)),
-    "uniform": CompressedSurface.of(replace(random_model(weights=(1, 1), meshes=True), expressions=NAMES)),
+    "manifest": replace(random_model(slots=5, meshes=True), expressions=NAMES),
+    "uniform": CompressedTextures.of(replace(random_model(weights=(1, 1), meshes=True), expressions=NAMES)),
     "tiles": layered_model(tiles=(1001, 1002)),
 }
 
@@ -29,7 +29,7 @@ def scenes(tmp_path_factory):
         pytest.skip("Mono is not installed (Debian's mono-mcs)")
     folder = tmp_path_factory.mktemp("unity")
     for name, model in MODELS.items():
-        write_surface(model, folder / f"{name}.facezip")
+        write_pack(model, folder / f"{name}.facezip")
         TARGETS["unity"](folder / f"{name}.facezip", folder / name)
     # The mesh has them in an order of its own, and not all.
     (folder / "shapes").write_text(f"{NAMES[1]}\n{NAMES[0]}\n", encoding="utf-8")

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from facezip.export import TARGETS
-from facezip.pack.version_2 import write_surface
+from facezip.pack.write import write_pack
 from tests.engines.unreal_editor import Editor
 from tests.facezip.export.conftest import KINDS, layered_model
 
@@ -24,7 +24,7 @@ def stubs():
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("unreal")
-    write_surface(layered_model(kinds=KINDS, tiles=(1001, 1002), slots=5), path / "me.facezip")
+    write_pack(layered_model(kinds=KINDS, tiles=(1001, 1002), slots=5), path / "me.facezip")
     TARGETS["unreal"](path / "me.facezip", path / "face")
     return path / "face"
 

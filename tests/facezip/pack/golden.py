@@ -10,8 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from facezip import CompressedTextures, Meshes, Topology, compress, read_pack, write_pack
+from facezip import Topology, compress
 from facezip.character.folder import file_name, write_map
+from facezip.character.meshes import Meshes
+from facezip.pack.model import CompressedTextures
+from facezip.pack.read import read_pack
+from facezip.pack.write import write_pack
 from scenes.surface import make_surface
 
 

@@ -4,14 +4,7 @@ import numpy as np
 import pytest
 
 from facezip import compress
-from facezip.pack.errors import (
-    albedo_errors,
-    mean_rmse,
-    model_errors,
-    pack_errors,
-    rmse_per_expression,
-    texture_errors,
-)
+from facezip.pack.errors import albedo_errors, mean_rmse, model_errors, pack_errors, rmse_per_expression, texture_errors
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
 from scenes.surface import in_tiles
