@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from facezip.export import TARGETS
-from facezip.pack.model import CompressedTextures
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_model
 from tests.facezip.export.conftest import layered_model
@@ -17,7 +16,7 @@ UNITY = Path(__file__).parent / "unity"
 NAMES = ('smile "wide"', "clin d'œil", "blink")
 MODELS = {
     "manifest": replace(random_model(slots=5, meshes=True), expressions=NAMES),
-    "uniform": CompressedTextures.of(replace(random_model(weights=(1, 1), meshes=True), expressions=NAMES)),
+    "uniform": replace(random_model(weights=(1, 1), meshes=True), expressions=NAMES),
     "tiles": layered_model(tiles=(1001, 1002)),
 }
 
