@@ -10,15 +10,15 @@ of it, and as slopes are the neutral's alone, the rest is uncorrelated with them
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, uniform_filter
 
+from facezip.character.samples import texel_scale
 from facezip.character.scans import Character
-from facezip.fit.paper.fragments import texel_scale
 from facezip.machine.cores import cores
 from facezip.machine.progress import track
 from facezip.machine.rows import by_rows
@@ -91,6 +91,14 @@ class Alignment:
         return self.rms <= THRESHOLD * self.unit
 
 
+class Still(NamedTuple):
+    """An image ``(H, W)`` that the others are laid on, and its slopes down and to the right."""
+
+    image: NDArray[np.float32]
+    down: NDArray[np.float32]
+    across: NDArray[np.float32]
+
+
 def alignments(character: Character, names: Sequence[str] | None = None, quick: bool = False) -> dict[str, Alignment]:
     """The alignment of every expression, or of those in ``names``; a ``quick`` one is half as exact."""
     side, steps = (QUICK_SIDE, QUICK_STEPS) if quick else (SIDE, STEPS)
@@ -99,7 +107,7 @@ def alignments(character: Character, names: Sequence[str] | None = None, quick: 
     factor = -(-max(side, *character.resolution) // side)
     weight = _reduced(np.ascontiguousarray(character.weight)[:, :, None], factor)
     neutral = _pyramid(_reduced(np.ascontiguousarray(character.neutral), factor), scale)
-    fixed = [(still, *np.gradient(still)) for still in neutral]
+    fixed = [Still(image, *np.gradient(image)) for image in neutral]
     weights = [_reduced(weight[:, :, None], step) for step in _steps(weight)]
     face = gaussian_filter(_cells(weight), 0.5)
     unit = max(512, *character.resolution) / 512
@@ -130,23 +138,23 @@ def _steps(image: NDArray[np.float32]) -> list[int]:
 
 
 def _registered(
-    fixed: list[tuple[NDArray[np.float32], ...]],
+    fixed: list[Still],
     moving: list[NDArray[np.float32]],
     weights: list[NDArray[np.float32]],
     steps: int,
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
     """Displacement ``(GRID, GRID, 2)`` in texels of the finest level, and how far to trust it ``(GRID, GRID)``.
 
-    ``fixed`` is an image a level, with its slopes down and to the right.
+    ``fixed``, ``moving`` and ``weights`` are one a level.
     """
     displacement = np.zeros((GRID, GRID, 2), np.float32)
     certainty = np.zeros((GRID, GRID))
     levels = LEVELS[len(LEVELS) - len(fixed) :]
-    for (step, window), (still, down, across), other, weight in zip(levels, fixed, moving, weights, strict=True):
-        spread = float(np.average((still - other) ** 2, weights=weight)) + 1e-12
+    for (step, window), still, other, weight in zip(levels, fixed, moving, weights, strict=True):
+        spread = float(np.average((still.image - other) ** 2, weights=weight)) + 1e-12
         for _ in range(steps):
             sums = np.zeros((GRID, GRID, 7))
-            _normal_equations(still, across, down, other, weight, displacement / step, spread, sums)
+            _normal_equations(still, other, weight, displacement / step, spread, sums)
             sums = gaussian_filter(sums, (window, window, 0), mode="constant")
             move, certainty = _solved(sums)
             displacement += (step * np.clip(move, -1, 1)).astype(np.float32)
@@ -202,9 +210,7 @@ def _cells(weight: NDArray[np.float32]) -> NDArray[np.float32]:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _normal_equations(
-    still: NDArray[np.float32],
-    slope_x: NDArray[np.float32],
-    slope_y: NDArray[np.float32],
+    still: Still,
     other: NDArray[np.float32],
     weight: NDArray[np.float32],
     displacement: NDArray[np.float32],
@@ -212,7 +218,7 @@ def _normal_equations(
     sums: NDArray[np.float64],
 ) -> None:
     """Add to every cell: Σw gx², Σw gx gy, Σw gy², Σw gx r, Σw gy r, Σw r², Σw; w falls with the residual r."""
-    height, width = still.shape
+    height, width = still.image.shape
     cells = displacement.shape[0]
     for y in range(1, height - 1):
         gy = (y + 0.5) * cells / height - 0.5
@@ -222,9 +228,9 @@ def _normal_equations(
             gx = (x + 0.5) * cells / width - 0.5
             at_x = x + bilinear(displacement[:, :, 0], gx, gy)
             at_y = y + bilinear(displacement[:, :, 1], gx, gy)
-            residual = still[y, x] - bilinear(other, at_x, at_y)
+            residual = still.image[y, x] - bilinear(other, at_x, at_y)
             trust = weight[y, x] * spread / (spread + residual * residual)
-            across, down = slope_x[y, x], slope_y[y, x]
+            across, down = still.across[y, x], still.down[y, x]
             cell = sums[y * cells // height, x * cells // width]
             cell[0] += trust * across * across
             cell[1] += trust * across * down

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from facezip.character.alignment import Alignment, bilinear
+from facezip.character.samples import texel_scale
 from facezip.character.scans import Character
 from facezip.files.images import Texels
-from facezip.fit.paper.fragments import texel_scale
 from facezip.machine.progress import track
 from facezip.machine.rows import map_rows
 

@@ -1,7 +1,7 @@
 """What a fit sees of a character: texels as stored, and how much each one counts."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,11 +9,25 @@ from numpy.typing import NDArray
 from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import Texels
-from facezip.fit.paper.fragments import texel_scale
 from facezip.machine.rows import by_rows, map_rows
 
 # What a fit gives to texels off the mask: ears and necks are seen too, and that little costs the face nothing.
 BESIDE_THE_FACE = 0.03
+
+
+class Stored(NamedTuple):
+    """Texels as files hold them: what a kernel reads.
+
+    Attributes
+    ----------
+    textures : ``(N, H, W, C)`` uint8, uint16 or float32.
+    neutral : ``(H, W, C)`` of the same type.
+    scale : factor from stored differences to values in [0, 1].
+    """
+
+    textures: Texels
+    neutral: Texels
+    scale: np.float32
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +46,22 @@ class Samples:
     neutral: Texels
     scale: np.float32
     importance: NDArray[np.float32]
+
+    @property
+    def stored(self) -> Stored:
+        """The texels without their weights."""
+        return Stored(self.textures, self.neutral, self.scale)
+
+
+def texel_scale(character: Character) -> np.float32:
+    """The factor from stored texel differences to values in [0, 1]."""
+    dtype = character.neutral.dtype
+    return np.float32(1 if dtype.kind == "f" else 1 / np.iinfo(str(dtype)).max)
+
+
+def stored_texels(character: Character) -> Stored:
+    """A character's texels as they are."""
+    return Stored(character.textures, character.neutral, texel_scale(character))
 
 
 def samples_of(character: Character, importance: NDArray[np.float32] | None = None, beside: float = 0) -> Samples:

@@ -25,7 +25,7 @@ from facezip.fit.paper.masks import compute_shared_masks
 from facezip.fit.paper.paircosts import pair_costs
 from facezip.fit.paper.stitching import Stitching, search, unpermuted
 from facezip.fit.pca import combined, principal_weights
-from facezip.fit.refine import as_stored, fit_weights, fitted
+from facezip.fit.refine import as_stored, fit_weights, solve_model
 from facezip.machine.rows import by_rows
 from facezip.pack.model import CompressedTextures, Meshes
 from facezip.pack.ranges import MAX_DIFFERENCES
@@ -164,7 +164,7 @@ def _refined(surface: Surface, settings: Settings, weights: Mapping[str, float])
         shared = as_stored(
             fit_weights([samples[key] for key in keys], slots, settings.weight_scale, components=components)
         )
-        parts |= {key: fitted(scans[key], samples[key], shared) for key in keys}
+        parts |= {key: solve_model(scans[key], samples[key], shared) for key in keys}
     return parts
 
 

@@ -12,8 +12,9 @@ from numba import njit
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from facezip.character.samples import Stored, stored_texels
 from facezip.character.scans import Character
-from facezip.fit.paper.masks import Masks, masks_at
+from facezip.fit.paper.masks import MaskLookup, Masks, masks_at
 from facezip.machine.progress import track
 from facezip.machine.rows import sum_rows
 
@@ -24,26 +25,14 @@ if TYPE_CHECKING:
 STARTS = 10
 
 
-def texel_scale(character: Character) -> np.float32:
-    """The factor from stored texel differences to values in [0, 1]."""
-    dtype = character.neutral.dtype
-    return np.float32(1 if dtype.kind == "f" else 1 / np.iinfo(str(dtype)).max)
-
-
 def masked_gram(character: Character, masks: Masks) -> NDArray[np.float64]:
     """Gram matrices of the fragments of every mask: ``(K, N, N)``, G_k[n, m] = Σ_p M_k(p)² ⟨D_n(p), D_m(p)⟩.
 
     ``D_n = I_n - I_0`` in [0, 1]; the fragments are those of equation (2).
     """
-    n = len(character.expressions)
-    scale = texel_scale(character)
-    stored = character.textures, character.neutral, scale
-
-    def block(top: int, bottom: int) -> NDArray[np.float64]:
-        return _masked_gram(top, bottom, *stored, masks.first, masks.active, *masks.lookup)
-
-    packed = sum_rows(block, character.resolution[0])
-    return _unpack(packed, n)
+    stored, lookup = stored_texels(character), masks.lookup
+    packed = sum_rows(lambda top, bottom: _masked_gram(top, bottom, stored, lookup), character.resolution[0])
+    return _unpack(packed, len(character.expressions))
 
 
 def cluster_fragments(grams: NDArray[np.float64], clusters: int, seed: int) -> NDArray[np.int32]:
@@ -100,14 +89,9 @@ def _unpack(packed: NDArray[np.float64], n: int) -> NDArray[np.float64]:
 
 
 @njit(cache=True, nogil=True)
-def differences_of_row(
-    y: int,
-    textures: NDArray[np.uint8],
-    neutral: NDArray[np.uint8],
-    scale: np.float32,
-    out: NDArray[np.float32],
-) -> None:
+def differences_of_row(y: int, stored: Stored, out: NDArray[np.float32]) -> None:
     """Write D_n = I_n - I_0 of one row of texels to ``out``, ``(W, C, N)``, so that a texel's N values lie together."""
+    textures, neutral, scale = stored
     count, _, width, channels = textures.shape
     for n in range(count):
         for x in range(width):
@@ -116,28 +100,17 @@ def differences_of_row(
 
 
 @njit(cache=True, nogil=True)
-def _masked_gram(
-    top: int,
-    bottom: int,
-    textures: NDArray[np.uint8],
-    neutral: NDArray[np.uint8],
-    scale: np.float32,
-    first: NDArray[np.int64],
-    active: NDArray[np.int32],
-    face: NDArray[np.int32],
-    barycentric: NDArray[np.float32],
-    faces: NDArray[np.int32],
-    values: NDArray[np.float32],
-) -> NDArray[np.float64]:
-    count, _, width, channels = textures.shape
-    total = np.zeros((values.shape[1], count * (count + 1) // 2))
+def _masked_gram(top: int, bottom: int, stored: Stored, lookup: MaskLookup) -> NDArray[np.float64]:
+    count, _, width, channels = stored.textures.shape
+    masks = lookup.values.shape[1]
+    total = np.zeros((masks, count * (count + 1) // 2))
     differences = np.empty((width, channels, count), np.float32)
-    mask = np.empty(values.shape[1], np.float32)
+    mask = np.empty(masks, np.float32)
     products = np.empty(total.shape[1], np.float32)
     for y in range(top, bottom):
-        differences_of_row(y, textures, neutral, scale, differences)
+        differences_of_row(y, stored, differences)
         for x in range(width):
-            begin, end = masks_at(y, x, first, active, face, barycentric, faces, values, mask)
+            begin, end = masks_at(lookup, y, x, mask)
             if begin == end:
                 continue
             products[:] = 0
@@ -148,7 +121,7 @@ def _masked_gram(
                         products[n * (n + 1) // 2 + m] += d[n] * d[m]
             for j in range(begin, end):
                 squared = mask[j - begin] * mask[j - begin]
-                row = total[active[j]]
+                row = total[lookup.active[j]]
                 for q in range(len(products)):
                     row[q] += squared * products[q]
     return total

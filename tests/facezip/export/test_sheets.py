@@ -19,7 +19,7 @@ from facezip.export.source import read_source
 from facezip.files.glb import Glb
 from facezip.files.images import read_texture_exactly
 from facezip.fit.joint import compress_surface
-from facezip.pack.model import bilinear_taps
+from facezip.pack.sampling import bilinear_taps
 from facezip.pack.version_2 import write_surface
 from tests.facezip.conftest import grid_topology
 from tests.facezip.export.conftest import KINDS, layered_model, smooth_model
