@@ -27,14 +27,14 @@ class Sums(NamedTuple):
     products: NDArray[np.float32]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def no_sums(slots: int, count: int) -> Sums:
     """Sums of nothing, for R ``slots`` and N = ``count`` expressions."""
     pairs = slots * (slots + 1) // 2
     return Sums(np.zeros((3, pairs, RUN), np.float32), np.zeros((2, slots, count, RUN), np.float32))
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def clear(sums: Sums) -> None:
     """Begin again."""
     sums.squares[:] = 0
@@ -123,21 +123,20 @@ def _add_any_products(
 @njit(cache=True, nogil=True)
 def collect_run(sums: Sums, rows: tuple[int, int], columns: Taps, left: int, run: int, system: WeightSystem) -> None:
     """Share the sums of a run out to the equations of the weight texels that it samples, in two ``rows``."""
-    x = 0
-    while x < run:
-        end = end_of_cell(columns, left + x, left + run) - left
-        between = columns.first[left + x], columns.second[left + x]
-        u = columns.fraction[left + x : left + end]
-        _collect_products(sums.products, x, end, u, rows, between, system.right)
-        _collect_squares(sums.squares, x, end, u, rows, between, system.matrix)
-        x = end
+    begin = left
+    while begin < left + run:
+        end = end_of_cell(columns, begin, left + run)
+        between = columns.first[begin], columns.second[begin]
+        u = columns.fraction[begin:end]
+        _collect_products(sums.products, begin - left, u, rows, between, system.right)
+        _collect_squares(sums.squares, begin - left, u, rows, between, system.matrix)
+        begin = end
 
 
 @njit(cache=True, nogil=True)
 def _collect_products(
     products: NDArray[np.float32],
-    x: int,
-    end: int,
+    begin: int,
     u: NDArray[np.float32],
     rows: tuple[int, int],
     columns: tuple[int, int],
@@ -146,7 +145,7 @@ def _collect_products(
     for a in range(2):
         for i in range(products.shape[1]):
             for n in range(products.shape[2]):
-                near, far = _moments(products[a, i, n, x:end], u)
+                near, far = _moments(products[a, i, n, begin : begin + len(u)], u)
                 right[rows[a], i, n, columns[0]] += near
                 right[rows[a], i, n, columns[1]] += far
 
@@ -154,8 +153,7 @@ def _collect_products(
 @njit(cache=True, nogil=True)
 def _collect_squares(
     squares: NDArray[np.float32],
-    x: int,
-    end: int,
+    begin: int,
     u: NDArray[np.float32],
     rows: tuple[int, int],
     columns: tuple[int, int],
@@ -167,7 +165,7 @@ def _collect_squares(
             pair = 0
             for i in range(slots):
                 for j in range(i + 1):
-                    moments = _square_moments(squares[a + b, pair, x:end], u)
+                    moments = _square_moments(squares[a + b, pair, begin : begin + len(u)], u)
                     for s in range(2):
                         for t in range(2):
                             neighbour = 3 * (rows[b] - rows[a] + 1) + columns[t] - columns[s] + 1

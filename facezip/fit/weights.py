@@ -132,7 +132,11 @@ def _invert(top: int, bottom: int, matrix: NDArray[np.float32], out: NDArray[np.
     """The inverse of every texel's coupling with itself, by Gauss and Jordan: they are positive definite."""
     _, slots, _, _, w = matrix.shape
     for y in range(top, bottom):
-        out[y] = matrix[y, :, :, 4]
+        # Not by slices: their check of shapes takes longer to compile than all else here.
+        for i in range(slots):
+            for j in range(slots):
+                for x in range(w):
+                    out[y, i, j, x] = matrix[y, i, j, 4, x]
         for k in range(slots):
             for x in range(w):
                 out[y, k, k, x] = np.float32(1) / out[y, k, k, x]

@@ -55,13 +55,13 @@ def bilinear_grid(size: tuple[int, int], low: tuple[int, int]) -> Grid:
     return Grid(bilinear_taps(size[0], low[0]), bilinear_taps(size[1], low[1]))
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def same_rows(rows: Taps, y: int, other: int) -> bool:
     """Whether two rows of texels lie between the same two rows of weight texels."""
     return rows.first[y] == rows.first[other] and rows.second[y] == rows.second[other]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def end_of_cell(columns: Taps, begin: int, end: int) -> int:
     """The first column after ``begin`` and before ``end`` that lies between two other columns of weight texels."""
     x = begin + 1
@@ -74,16 +74,16 @@ def end_of_cell(columns: Taps, begin: int, end: int) -> int:
 def expand_row(weights: NDArray[np.float32], columns: Taps, left: int, run: int, out: NDArray[np.float32]) -> None:
     """Sample one row of weight texels ``(R, N, w)`` at the columns of a run: ``(R, N, RUN)``."""
     slots, count, _ = out.shape
-    x = 0
-    while x < run:
-        first, second = columns.first[left + x], columns.second[left + x]
-        end = end_of_cell(columns, left + x, left + run) - left
+    begin = left
+    while begin < left + run:
+        end = end_of_cell(columns, begin, left + run)
+        first, second = columns.first[begin], columns.second[begin]
         for i in range(slots):
             for n in range(count):
                 near, slope = weights[i, n, first], weights[i, n, second] - weights[i, n, first]
-                for k in range(x, end):
-                    out[i, n, k] = near + columns.fraction[left + k] * slope
-        x = end
+                for x in range(begin, end):
+                    out[i, n, x - left] = near + columns.fraction[x] * slope
+        begin = end
 
 
 @njit(cache=True, nogil=True)

@@ -101,5 +101,7 @@ def descend(
                         cost += placing[i, order[i]]
                     if cost < best:
                         best = cost
-                        permutation[k] = order
+                        # Not by a slice: its check of shapes takes longer to compile than all else here.
+                        for i in range(slots):
+                            permutation[k, i] = order[i]
             history[start, sweep + 1] = stitching_cost(table, permutation)
