@@ -10,7 +10,7 @@ of it, and as slopes are the neutral's alone, the rest is uncorrelated with them
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -91,6 +91,14 @@ class Alignment:
         return self.rms <= THRESHOLD * self.unit
 
 
+class Still(NamedTuple):
+    """An image ``(H, W)`` that the others are laid on, and its slopes down and to the right."""
+
+    image: NDArray[np.float32]
+    down: NDArray[np.float32]
+    across: NDArray[np.float32]
+
+
 # By expression and tile.
 Alignments = dict[str, dict[int, Alignment]]
 
@@ -122,7 +130,7 @@ class _Neutral:
         self._stack, self._factor = stack, -(-max(side, *stack.resolution) // side)
         weight = _reduced(np.ascontiguousarray(stack.weight)[:, :, None], self._factor)
         neutral = _pyramid(_reduced(np.ascontiguousarray(stack.neutral), self._factor), stack.scale)
-        self._fixed = [(still, *np.gradient(still)) for still in neutral]
+        self._fixed = [Still(image, *np.gradient(image)) for image in neutral]
         self._weights = [_reduced(weight[:, :, None], step) for step in _levels(weight)]
         self._face = gaussian_filter(_cells(weight), 0.5)
 
@@ -152,23 +160,23 @@ def _levels(image: NDArray[np.float32]) -> list[int]:
 
 
 def _registered(
-    fixed: list[tuple[NDArray[np.float32], ...]],
+    fixed: list[Still],
     moving: list[NDArray[np.float32]],
     weights: list[NDArray[np.float32]],
     steps: int,
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
     """Displacement ``(GRID, GRID, 2)`` in texels of the finest level, and how far to trust it ``(GRID, GRID)``.
 
-    ``fixed`` is an image a level, with its slopes down and to the right.
+    ``fixed``, ``moving`` and ``weights`` are one a level.
     """
     displacement = np.zeros((GRID, GRID, 2), np.float32)
     certainty = np.zeros((GRID, GRID))
     levels = LEVELS[len(LEVELS) - len(fixed) :]
-    for (step, window), (still, down, across), other, weight in zip(levels, fixed, moving, weights, strict=True):
-        spread = float(np.average((still - other) ** 2, weights=weight)) + 1e-12
+    for (step, window), still, other, weight in zip(levels, fixed, moving, weights, strict=True):
+        spread = float(np.average((still.image - other) ** 2, weights=weight)) + 1e-12
         for _ in range(steps):
             sums = np.zeros((GRID, GRID, 7))
-            _normal_equations(still, across, down, other, weight, displacement / step, spread, sums)
+            _normal_equations(still, other, weight, displacement / step, spread, sums)
             sums = gaussian_filter(sums, (window, window, 0), mode="constant")
             move, certainty = _solved(sums)
             displacement += (step * np.clip(move, -1, 1)).astype(np.float32)
@@ -224,9 +232,7 @@ def _cells(weight: NDArray[np.float32]) -> NDArray[np.float32]:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _normal_equations(
-    still: NDArray[np.float32],
-    slope_x: NDArray[np.float32],
-    slope_y: NDArray[np.float32],
+    still: Still,
     other: NDArray[np.float32],
     weight: NDArray[np.float32],
     displacement: NDArray[np.float32],
@@ -234,7 +240,7 @@ def _normal_equations(
     sums: NDArray[np.float64],
 ) -> None:
     """Add to every cell: Σw gx², Σw gx gy, Σw gy², Σw gx r, Σw gy r, Σw r², Σw; w falls with the residual r."""
-    height, width = still.shape
+    height, width = still.image.shape
     cells = displacement.shape[0]
     for y in range(1, height - 1):
         gy = (y + 0.5) * cells / height - 0.5
@@ -244,9 +250,9 @@ def _normal_equations(
             gx = (x + 0.5) * cells / width - 0.5
             at_x = x + bilinear(displacement[:, :, 0], gx, gy)
             at_y = y + bilinear(displacement[:, :, 1], gx, gy)
-            residual = still[y, x] - bilinear(other, at_x, at_y)
+            residual = still.image[y, x] - bilinear(other, at_x, at_y)
             trust = weight[y, x] * spread / (spread + residual * residual)
-            across, down = slope_x[y, x], slope_y[y, x]
+            across, down = still.across[y, x], still.down[y, x]
             cell = sums[y * cells // height, x * cells // width]
             cell[0] += trust * across * across
             cell[1] += trust * across * down

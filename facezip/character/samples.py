@@ -1,7 +1,7 @@
 """What a fit sees of a map on a tile: texels as stored, and how much each one counts."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,21 @@ from facezip.machine.rows import by_rows, map_rows
 
 # What a fit gives to texels off the mask: ears and necks are seen too, and that little costs the face nothing.
 BESIDE_THE_FACE = 0.03
+
+
+class Stored(NamedTuple):
+    """Texels as files hold them: what a kernel reads.
+
+    Attributes
+    ----------
+    textures : ``(N, H, W, C)`` uint8, uint16 or float32.
+    neutral : ``(H, W, C)`` of the same type.
+    scale : factor from stored differences to values in [0, 1].
+    """
+
+    textures: Texels
+    neutral: Texels
+    scale: np.float32
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +46,16 @@ class Samples:
     neutral: Texels
     scale: np.float32
     importance: NDArray[np.float32]
+
+    @property
+    def stored(self) -> Stored:
+        """The texels without their weights."""
+        return Stored(self.textures, self.neutral, self.scale)
+
+
+def stored_texels(stack: Stack) -> Stored:
+    """A map's texels on a tile, as they are."""
+    return Stored(stack.textures, stack.neutral, stack.scale)
 
 
 def samples_of(stack: Stack, importance: NDArray[np.float32] | None = None, beside: float = 0) -> Samples:

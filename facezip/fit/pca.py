@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from facezip.character.samples import Samples
+from facezip.character.samples import Samples, Stored, stored_texels
 from facezip.character.scans import Stack
 from facezip.fit.paper.fragments import differences_of_row
 from facezip.machine import memory
@@ -29,7 +29,7 @@ def difference_gram(samples: Samples) -> NDArray[np.float64]:
     """``(N, N)``: Σ_p m(p) ⟨D_n(p), D_m(p)⟩ with D_n = I_n - I_0 in [0, 1] and the texels' importance m."""
 
     def block(top: int, bottom: int) -> NDArray[np.float64]:
-        return _gram(top, bottom, samples.textures, samples.neutral, samples.scale, samples.importance)
+        return _gram(top, bottom, samples.stored, samples.importance)
 
     lower = sum_rows(block, len(samples.neutral))
     gram: NDArray[np.float64] = np.tril(lower) + np.tril(lower, -1).T
@@ -40,54 +40,38 @@ def combine_differences(stack: Stack, mixture: NDArray[np.float32]) -> NDArray[n
     """Linear combinations of the differences: ``(R, H, W, C)`` from ``(R, N)`` coefficients."""
     height, width = stack.resolution
     out: NDArray[np.float32] = memory.empty((len(mixture), height, width, stack.neutral.shape[2]), np.float32)
-    stored = stack.textures, stack.neutral, stack.scale
-    mixture = np.ascontiguousarray(mixture)
+    stored, mixture = stored_texels(stack), np.ascontiguousarray(mixture)
 
     def block(top: int, bottom: int) -> None:
-        _combine(top, bottom, *stored, mixture, out)
+        _combine(top, bottom, stored, mixture, out)
 
     map_rows(block, height)
     return out
 
 
 @njit(cache=True, nogil=True)
-def _gram(
-    top: int,
-    bottom: int,
-    textures: NDArray[np.uint8],
-    neutral: NDArray[np.uint8],
-    scale: np.float32,
-    weight: NDArray[np.float32],
-) -> NDArray[np.float64]:
-    count, _, width, channels = textures.shape
+def _gram(top: int, bottom: int, stored: Stored, importance: NDArray[np.float32]) -> NDArray[np.float64]:
+    count, _, width, channels = stored.textures.shape
     total = np.zeros((count, count))
     differences = np.empty((width, channels, count), np.float32)
     for y in range(top, bottom):
-        differences_of_row(y, textures, neutral, scale, differences)
+        differences_of_row(y, stored, differences)
         for x in range(width):
             for c in range(channels):
                 d = differences[x, c]
                 for n in range(count):
-                    weighted = weight[y, x] * d[n]
+                    weighted = importance[y, x] * d[n]
                     for m in range(n + 1):
                         total[n, m] += weighted * d[m]
     return total
 
 
 @njit(cache=True, nogil=True)
-def _combine(
-    top: int,
-    bottom: int,
-    textures: NDArray[np.uint8],
-    neutral: NDArray[np.uint8],
-    scale: np.float32,
-    mixture: NDArray[np.float32],
-    out: NDArray[np.float32],
-) -> None:
-    count, _, width, channels = textures.shape
+def _combine(top: int, bottom: int, stored: Stored, mixture: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+    count, _, width, channels = stored.textures.shape
     differences = np.empty((width, channels, count), np.float32)
     for y in range(top, bottom):
-        differences_of_row(y, textures, neutral, scale, differences)
+        differences_of_row(y, stored, differences)
         for x in range(width):
             for i in range(len(mixture)):
                 for c in range(channels):

@@ -19,8 +19,8 @@ from facezip.fit.sweep import solve_textures, weight_system
 from facezip.fit.weights import SMOOTHNESS, WeightSystem, solve_weights
 from facezip.machine.progress import track
 from facezip.machine.rows import by_rows, map_rows
-from facezip.pack.model import bilinear_taps
 from facezip.pack.quantise import STEPS, best_ranges, quantise_weights
+from facezip.pack.sampling import bilinear_grid
 
 # Many texels tell the weights in few alternations: that many texels are visited, in 4 to 16 alternations.
 TEXELS_VISITED = 2**24
@@ -72,22 +72,22 @@ def fit_weights(
     height, width, _ = maps[0].neutral.shape
     few = [thinned(samples, weight_scale // 2) for samples in maps]
     grid = -(-height // weight_scale), -(-width // weight_scale)
-    weights = before = balanced_start(few, principal_weights(few, slots) if components is None else components, grid)
-    unit, best, age = 0.0, -np.inf, 0
+    weights = previous = balanced_start(few, principal_weights(few, slots) if components is None else components, grid)
+    unit, explained_before, age = 0.0, -np.inf, 0
     count = alternations(height * width)
     for _ in track(range(count), "Refining", count):
         # Nesterov's momentum: far fewer alternations reach the same error.
-        ahead = _extrapolated(weights, before, age / (age + 2))
+        ahead = _extrapolated(weights, previous, age / (age + 2))
         age += 1
         system = joint_system(maps, ahead)
         unit = unit or system.mean_diagonal
         system.regularise(unit, smoothness)
-        before = weights
+        previous = weights
         weights, explained = solve_weights(system, ahead)
-        if explained < best:
+        if explained < explained_before:
             # Momentum went past the goal: forget it.
-            before, age = weights, 0
-        best = explained
+            previous, age = weights, 0
+        explained_before = explained
     return weights
 
 
@@ -151,14 +151,13 @@ def balanced_start(
 def _resampled(weights: NDArray[np.float32], grid: tuple[int, int]) -> NDArray[np.float32]:
     """Weights ``(h, R, N, w)`` on another grid, by bilinear sampling."""
     h, slots, count, w = weights.shape
-    above, below, down = bilinear_taps(grid[0], h)
-    left, right, across = bilinear_taps(grid[1], w)
+    down, across = bilinear_grid(grid, (h, w))
 
     def sampled(rows: slice) -> NDArray[np.float32]:
-        upper, share = weights[above[rows]], down[rows, None, None, None]
-        mixed = upper + share * (weights[below[rows]] - upper)
-        near: NDArray[np.float32] = mixed[..., left]
-        return near + across * (mixed[..., right] - near)
+        upper, lower = weights[down.first[rows]], weights[down.second[rows]]
+        mixed = upper + down.fraction[rows, None, None, None] * (lower - upper)
+        near: NDArray[np.float32] = mixed[..., across.first]
+        return near + across.fraction * (mixed[..., across.second] - near)
 
     return by_rows(sampled, (grid[0], slots, count, grid[1]), np.float32)
 
@@ -168,9 +167,9 @@ def _ones(samples: Samples) -> NDArray[np.float32]:
     return by_rows(lambda rows: one, shape, np.float32, axis=1)
 
 
-def _extrapolated(weights: NDArray[np.float32], before: NDArray[np.float32], momentum: float) -> NDArray[np.float32]:
+def _extrapolated(weights: NDArray[np.float32], previous: NDArray[np.float32], momentum: float) -> NDArray[np.float32]:
     def ahead(rows: slice) -> NDArray[np.float32]:
         here: NDArray[np.float32] = weights[rows]
-        return here + np.float32(momentum) * (here - before[rows])
+        return here + np.float32(momentum) * (here - previous[rows])
 
     return by_rows(ahead, weights.shape, np.float32)

@@ -1,32 +1,37 @@
 """The one pass over the texels of an alternation: solve every texel's textures, add it to the weights' equations.
 
-With the weights fixed, the R values of a texel and channel are a small linear system; its solution is at once a term of
-the system that the weight maps solve next. Texels are handled in runs along a row, one value of a run beside the other,
-so that every innermost loop fills vector registers.
+Minimised is Σ_p m(p) Σ_n ‖d_n(p) - Σ_i D_i(p) w_in(p)‖²: texels p of importance m, expressions n with differences d_n
+from the neutral, textures D_i, and weights w_in(p) = Σ_q s_q(p) W_in(q), the bilinear mean of the four weight texels q
+about p, with shares s_q(p) = (1-u)(1-v), u (1-v), (1-u) v and u v. It is quadratic in D and in W, and its normal
+equations are linear.
+
+Weights fixed, each texel has a system of its own, R x R, the same for all channels (m cancels)::
+
+    Σ_j [Σ_n w_in w_jn + ρ δ_ij] D_j = Σ_n w_in d_n
+
+Textures fixed, the weight maps have one sparse system, the same for all expressions n. Two weight texels q and r have a
+term in common only where texels lie between both, so each has 9 blocks, R x R, one for each of its 3 x 3 neighbours::
+
+    Σ_r Σ_j [Σ_p m s_q s_r ⟨D_i, D_j⟩] W_jn(r) = Σ_p m s_q ⟨D_i, d_n⟩
+
+In an alternation the first solution is at once a term of the second system, and is not kept. Texels are handled in runs
+along a row (:mod:`facezip.pack.sampling`), top to bottom, so that what lies between two rows of weight texels is summed
+before it is shared out.
 """
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from facezip.character.samples import Samples
-from facezip.fit.runs import (
-    RUN,
-    accumulate_run,
-    collect_run,
-    expand_row,
-    factor_run,
-    mix_rows,
-    read_run,
-    solve_run,
-    substitute_run,
-)
+from facezip.character.samples import Samples, Stored
+from facezip.fit.accumulation import accumulate_run, clear, collect_run, no_sums
+from facezip.fit.cholesky import factor_run, round_run, substitute_run
 from facezip.fit.weights import WeightSystem
 from facezip.machine import memory
 from facezip.machine.rows import each_block, map_rows
-from facezip.pack.model import bilinear_taps
+from facezip.pack.sampling import RUN, Grid, bilinear_grid, expand_rows, mix_rows, read_run, same_rows
 
-# Of the mean trace of a texel's system: bounds a texture where all weights are small.
+# ρ as a part of the mean trace of a texel's system: bounds a texture where all weights are small.
 RIDGE = 1e-3
 
 
@@ -41,19 +46,16 @@ def weight_system(
     weights : ``(h, R, N, w)``, sampled bilinearly.
     textures : ``(R, H, W, C)``, or None.
     """
-    height = len(samples.neutral)
-    first, second, _ = bilinear_taps(height, len(weights))
+    grid, ridge = _sampling(samples, weights), _ridge(weights)
     system = WeightSystem.zeros(weights.shape)
-    given = np.empty((weights.shape[1], 0, 0, 0), np.float32) if textures is None else textures
-    pass_ = _Pass(samples, weights)
 
     def block(top: int, bottom: int) -> tuple[int, WeightSystem]:
-        begin, end = int(first[top]), int(second[bottom - 1]) + 1
+        begin, end = int(grid.rows.first[top]), int(grid.rows.second[bottom - 1]) + 1
         part = WeightSystem.zeros((end - begin, *weights.shape[1:]))
-        pass_.rows(top, bottom, given, _NO_STEPS, textures is not None, begin, part)
+        _accumulate(top, bottom, samples.stored, samples.importance, weights, grid, ridge, textures, begin, part)
         return begin, part
 
-    for begin, part in each_block(block, height):
+    for begin, part in each_block(block, len(samples.neutral)):
         system.matrix[begin : begin + len(part.matrix)] += part.matrix
         system.right[begin : begin + len(part.right)] += part.right
     return system
@@ -71,11 +73,10 @@ def solve_textures(
         that those that follow make up for the rounding (Babai's nearest plane).
     """
     height, width, channels = samples.neutral.shape
-    textures: NDArray[np.float32] = memory.empty((weights.shape[1], height, width, channels), np.float32)
-    nothing = WeightSystem.zeros((0, 0, 0, 0))
-    pass_ = _Pass(samples, weights)
-    rounding = _NO_STEPS if steps is None else steps
-    map_rows(lambda top, bottom: pass_.rows(top, bottom, textures, rounding, False, 0, nothing), height)
+    slots = weights.shape[1]
+    textures: NDArray[np.float32] = memory.empty((slots, height, width, channels), np.float32)
+    exact = np.zeros((slots, channels), np.float32)
+    _solve_rows(samples, weights, textures, 0, exact if steps is None else steps, textures)
     return textures
 
 
@@ -93,145 +94,115 @@ def solve_texture(
     textures : ``(R, H, W, C)``, of which those after ``slot`` are read.
     """
     texture: NDArray[np.float32] = memory.empty(textures.shape[1:], np.float32)
-    pass_ = _Pass(samples, weights)
-    map_rows(lambda top, bottom: pass_.slot(top, bottom, textures, slot, texture), len(texture))
+    exact = np.zeros((len(textures), texture.shape[2]), np.float32)
+    _solve_rows(samples, weights, textures, slot, exact, texture[None])
     return texture
 
 
-_NO_STEPS = np.empty((0, 0), np.float32)
+def _solve_rows(
+    samples: Samples,
+    weights: NDArray[np.float32],
+    given: NDArray[np.float32],
+    slot: int,
+    steps: NDArray[np.float32],
+    out: NDArray[np.float32],
+) -> None:
+    """Solve ``len(out)`` textures from ``slot`` on, under those of later slots as ``given``."""
+    shared = samples.stored, weights, _sampling(samples, weights), _ridge(weights), given, slot, steps, out
+    map_rows(lambda top, bottom: _solve(top, bottom, *shared), len(samples.neutral))
 
 
-class _Pass:
-    """The arguments of a pass that all its blocks of rows share."""
+def _sampling(samples: Samples, weights: NDArray[np.float32]) -> Grid:
+    height, width, _ = samples.neutral.shape
+    return bilinear_grid((height, width), (weights.shape[0], weights.shape[3]))
 
-    def __init__(self, samples: Samples, weights: NDArray[np.float32]) -> None:
-        height, width, _ = samples.neutral.shape
-        h, _, _, w = weights.shape
-        squares = map_rows(lambda top, bottom: np.square(weights[top:bottom]).sum(dtype=np.float64), h)
-        ridge = np.float32(RIDGE * np.sum(squares) / (h * w))
-        self._stored = samples.textures, samples.neutral, samples.scale, samples.importance
-        self._sampled = weights, *bilinear_taps(height, h), *bilinear_taps(width, w), max(ridge, np.float32(1e-30))
 
-    def rows(
-        self,
-        top: int,
-        bottom: int,
-        textures: NDArray[np.float32],
-        steps: NDArray[np.float32],
-        given: bool,
-        begin: int,
-        system: WeightSystem,
-    ) -> None:
-        """Write what is solved to ``textures`` unless it is empty or ``given``; fill the system unless it is empty."""
-        _sweep(top, bottom, *self._stored, *self._sampled, textures, steps, given, begin, system.matrix, system.right)
-
-    def slot(
-        self, top: int, bottom: int, textures: NDArray[np.float32], slot: int, texture: NDArray[np.float32]
-    ) -> None:
-        """Write what is solved for ``slot``, with the textures of later slots as they are."""
-        _sweep_slot(top, bottom, *self._stored[:3], *self._sampled, textures, slot, texture)
+def _ridge(weights: NDArray[np.float32]) -> np.float32:
+    h, _, _, w = weights.shape
+    squares = map_rows(lambda top, bottom: np.square(weights[top:bottom]).sum(dtype=np.float64), h)
+    return max(np.float32(RIDGE * np.sum(squares) / (h * w)), np.float32(1e-30))
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def _sweep(
+def _accumulate(
     top: int,
     bottom: int,
-    stored: NDArray[np.uint8],
-    neutral: NDArray[np.uint8],
-    scale: np.float32,
+    stored: Stored,
     importance: NDArray[np.float32],
     weights: NDArray[np.float32],
-    row0: NDArray[np.int64],
-    row1: NDArray[np.int64],
-    row_f: NDArray[np.float32],
-    column0: NDArray[np.int64],
-    column1: NDArray[np.int64],
-    column_f: NDArray[np.float32],
+    grid: Grid,
     ridge: np.float32,
-    textures: NDArray[np.float32],
-    steps: NDArray[np.float32],
-    given: bool,
+    textures: NDArray[np.float32] | None,
     begin: int,
-    matrix: NDArray[np.float32],
-    right: NDArray[np.float32],
+    system: WeightSystem,
 ) -> None:
-    count, _, width, channels = stored.shape
+    """Add rows of texels to a part of the system from row ``begin`` on, under ``textures`` or those that fit best."""
+    count, _, width, channels = stored.textures.shape
     slots = weights.shape[1]
-    pairs = slots * (slots + 1) // 2
-    building = len(matrix) > 0
     upper = np.empty((slots, count, RUN), np.float32)
     lower = np.empty((slots, count, RUN), np.float32)
     weight = np.empty((slots, count, RUN), np.float32)
     differences = np.empty((channels, count, RUN), np.float32)
-    normal = np.empty((slots, slots, RUN), np.float32)
+    factor = np.empty((slots, slots, RUN), np.float32)
     solved = np.empty((slots, channels, RUN), np.float32)
-    squares = np.zeros((3, pairs, RUN), np.float32)
-    products = np.zeros((2, slots, count, RUN), np.float32)
+    sums = no_sums(slots, count)
     for left in range(0, width, RUN):
         run = min(RUN, width - left)
         for y in range(top, bottom):
-            if y == top or row0[y] != row0[y - 1] or row1[y] != row1[y - 1]:
-                if y > top and row0[y] == row1[y - 1]:
-                    upper, lower = lower, upper
-                else:
-                    expand_row(weights[row0[y]], column0, column1, column_f, left, run, upper)
-                expand_row(weights[row1[y]], column0, column1, column_f, left, run, lower)
-                squares[:] = 0
-                products[:] = 0
-            read_run(stored, neutral, scale, y, left, run, differences)
-            if given:
-                _load(textures, y, left, run, solved)
+            v = grid.rows.fraction[y]
+            read_run(stored, y, left, run, differences)
+            if textures is None:
+                upper, lower = expand_rows(weights, grid, y, top, left, run, upper, lower)
+                mix_rows(upper, lower, v, run, weight)
+                factor_run(weight, differences, ridge, run, factor, solved)
+                for i in range(slots - 1, -1, -1):
+                    substitute_run(i, factor, run, solved)
             else:
-                mix_rows(upper, lower, row_f[y], run, weight)
-                solve_run(weight, differences, ridge, steps, run, normal, solved)
-                if textures.shape[1]:
-                    _store(solved, y, left, run, textures)
-            if building:
-                accumulate_run(solved, differences, importance[y, left : left + run], row_f[y], squares, products)
-                if y + 1 == bottom or row0[y] != row0[y + 1] or row1[y] != row1[y + 1]:
-                    at = row0[y] - begin, row1[y] - begin
-                    collect_run(squares, products, at, column0, column1, column_f, left, run, matrix, right)
+                _load(textures, y, left, run, solved)
+            accumulate_run(solved, differences, importance[y, left : left + run], v, sums)
+            if y + 1 == bottom or not same_rows(grid.rows, y, y + 1):
+                rows = grid.rows.first[y] - begin, grid.rows.second[y] - begin
+                collect_run(sums, rows, grid.columns, left, run, system)
+                clear(sums)
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def _sweep_slot(
+def _solve(
     top: int,
     bottom: int,
-    stored: NDArray[np.uint8],
-    neutral: NDArray[np.uint8],
-    scale: np.float32,
+    stored: Stored,
     weights: NDArray[np.float32],
-    row0: NDArray[np.int64],
-    row1: NDArray[np.int64],
-    row_f: NDArray[np.float32],
-    column0: NDArray[np.int64],
-    column1: NDArray[np.int64],
-    column_f: NDArray[np.float32],
+    grid: Grid,
     ridge: np.float32,
-    textures: NDArray[np.float32],
+    given: NDArray[np.float32],
     slot: int,
-    texture: NDArray[np.float32],
+    steps: NDArray[np.float32],
+    out: NDArray[np.float32],
 ) -> None:
-    count, _, width, channels = stored.shape
-    slots = weights.shape[1]
+    """Rows of :func:`_solve_rows`; where a step ``(R, C)`` is above 0, values are rounded to multiples of it."""
+    count, _, width, channels = stored.textures.shape
+    slots, end = weights.shape[1], slot + len(out)
     upper = np.empty((slots, count, RUN), np.float32)
     lower = np.empty((slots, count, RUN), np.float32)
     weight = np.empty((slots, count, RUN), np.float32)
     differences = np.empty((channels, count, RUN), np.float32)
-    normal = np.empty((slots, slots, RUN), np.float32)
+    factor = np.empty((slots, slots, RUN), np.float32)
     solved = np.empty((slots, channels, RUN), np.float32)
     for left in range(0, width, RUN):
         run = min(RUN, width - left)
         for y in range(top, bottom):
-            if y == top or row0[y] != row0[y - 1] or row1[y] != row1[y - 1]:
-                expand_row(weights[row0[y]], column0, column1, column_f, left, run, upper)
-                expand_row(weights[row1[y]], column0, column1, column_f, left, run, lower)
-            read_run(stored, neutral, scale, y, left, run, differences)
-            mix_rows(upper, lower, row_f[y], run, weight)
-            factor_run(weight, differences, ridge, run, normal, solved)
-            _load(textures[slot + 1 :], y, left, run, solved[slot + 1 :])
-            substitute_run(slot, normal, run, solved)
-            _store(solved[slot : slot + 1], y, left, run, texture[None])
+            read_run(stored, y, left, run, differences)
+            upper, lower = expand_rows(weights, grid, y, top, left, run, upper, lower)
+            mix_rows(upper, lower, grid.rows.fraction[y], run, weight)
+            factor_run(weight, differences, ridge, run, factor, solved)
+            _load(given[end:], y, left, run, solved[end:])
+            for i in range(end - 1, slot - 1, -1):
+                substitute_run(i, factor, run, solved)
+                # Rounded before those that follow are solved, so that they make up for it (Babai's nearest plane).
+                for c in range(channels):
+                    if steps[i, c] > 0:
+                        round_run(steps[i, c], run, solved[i, c])
+            _store(solved[slot:end], y, left, run, out)
 
 
 @njit(cache=True, nogil=True)

@@ -2,9 +2,13 @@
 
 Layout: a row of the grid holds ``(R, N, w)`` weights and ``(R, R, 9, w)`` couplings, columns innermost, so that the
 kernels run along rows in vector registers.
+
+The system ``A x = b`` is solved by conjugate gradients (Hestenes & Stiefel, Methods of Conjugate Gradients for Solving
+Linear Systems, 1952) with a block Jacobi preconditioner M, as in Saad, Iterative Methods for Sparse Linear Systems,
+2nd edition, algorithm 9.1, whose letters these are: residual r = b - A x, z = M⁻¹ r, direction p, step α, β.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -21,8 +25,7 @@ SMOOTHNESS = 1e-3
 RIDGE = 3e-3
 
 
-@dataclass(frozen=True, eq=False)
-class WeightSystem:
+class WeightSystem(NamedTuple):
     """Normal equations of all weight maps: ``matrix · W_n = right_n`` on the grid of low-resolution texels.
 
     Attributes
@@ -52,45 +55,58 @@ class WeightSystem:
         map_rows(lambda top, bottom: _regularise(top, bottom, self.matrix, tie, ridge), len(self.matrix))
 
 
+class _State(NamedTuple):
+    """Where conjugate gradients are: x, r, p and A·p ``(h, R, N, w)``, and M⁻¹ ``(h, R, R, w)``."""
+
+    x: NDArray[np.float32]
+    r: NDArray[np.float32]
+    p: NDArray[np.float32]
+    ap: NDArray[np.float32]
+    m_inverse: NDArray[np.float32]
+
+
 def solve_weights(system: WeightSystem, start: NDArray[np.float32]) -> tuple[NDArray[np.float32], float]:
-    """A few conjugate gradients from ``start``, ``(h, R, N, w)``, each expression with its own step lengths.
+    """A few steps of conjugate gradients from ``start``, ``(h, R, N, w)``, each expression with its own α and β.
 
     Returns
     -------
     weights : ``(h, R, N, w)``.
     explained : how much lower the system's squared error is at ``start`` than with all weights zero.
     """
-    rows = len(start)
-    # The preconditioner: the inverse of what each texel's weights have to do with themselves.
-    inverse: NDArray[np.float32] = memory.empty((rows, *system.matrix.shape[1:3], start.shape[3]), np.float32)
-    map_rows(lambda top, bottom: _invert(top, bottom, system.matrix, inverse), rows)
-    image: NDArray[np.float32] = memory.empty(start.shape, np.float32)
-    sum_rows(lambda top, bottom: _multiply(top, bottom, system.matrix, start, image), rows)
-    residual = by_rows(lambda some: system.right[some] - image[some], start.shape, np.float32)
-    explained = sum(map_rows(lambda top, bottom: _explained(start, system.right, residual, top, bottom), rows))
-    weights = by_rows(lambda some: start[some], start.shape, np.float32)
-    direction: NDArray[np.float32] = memory.zeros(start.shape, np.float32)
-    length, turn = np.zeros((2, start.shape[2]), np.float32)
+    height, a, b = len(start), system.matrix, system.right
+    state = _begin(system, start)
+    explained = sum(map_rows(lambda top, bottom: _explained(start, b, state.r, top, bottom), height))
+    alpha, beta = np.zeros((2, start.shape[2]), np.float32)
 
     def advanced() -> NDArray[np.float64]:
-        step = length, direction, image, inverse, weights, residual
-        return sum_rows(lambda top, bottom: _advance(top, bottom, *step), rows)
+        return sum_rows(lambda top, bottom: _advance(top, bottom, alpha, state), height)
 
-    energy = advanced()
+    rz = advanced()
     for _ in range(STEPS):
-        map_rows(lambda top, bottom: _turn(top, bottom, turn, inverse, residual, direction), rows)
-        length[:] = _ratio(
-            energy, sum_rows(lambda top, bottom: _multiply(top, bottom, system.matrix, direction, image), rows)
-        )
-        before, energy = energy, advanced()
-        turn[:] = _ratio(energy, before)
-    return weights, explained
+        map_rows(lambda top, bottom: _turn(top, bottom, beta, state), height)
+        pap = sum_rows(lambda top, bottom: _multiply(top, bottom, a, state.p, state.ap), height)
+        alpha[:] = _ratio(rz, pap)
+        before, rz = rz, advanced()
+        beta[:] = _ratio(rz, before)
+    return state.x, explained
+
+
+def _begin(system: WeightSystem, start: NDArray[np.float32]) -> _State:
+    """x = ``start`` and p = 0: the first step goes along z."""
+    height, slots, _, w = start.shape
+    m_inverse: NDArray[np.float32] = memory.empty((height, slots, slots, w), np.float32)
+    map_rows(lambda top, bottom: _invert(top, bottom, system.matrix, m_inverse), height)
+    product: NDArray[np.float32] = memory.empty(start.shape, np.float32)
+    sum_rows(lambda top, bottom: _multiply(top, bottom, system.matrix, start, product), height)
+    r = by_rows(lambda rows: system.right[rows] - product[rows], start.shape, np.float32)
+    x = by_rows(lambda rows: start[rows], start.shape, np.float32)
+    return _State(x, r, memory.zeros(start.shape, np.float32), product, m_inverse)
 
 
 def _explained(
-    start: NDArray[np.float32], right: NDArray[np.float32], residual: NDArray[np.float32], top: int, bottom: int
+    start: NDArray[np.float32], b: NDArray[np.float32], r: NDArray[np.float32], top: int, bottom: int
 ) -> float:
-    return float(np.vdot(start[top:bottom], right[top:bottom] + residual[top:bottom]))
+    return float(np.vdot(start[top:bottom], b[top:bottom] + r[top:bottom]))
 
 
 def _ratio(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -116,7 +132,11 @@ def _invert(top: int, bottom: int, matrix: NDArray[np.float32], out: NDArray[np.
     """The inverse of every texel's coupling with itself, by Gauss and Jordan: they are positive definite."""
     _, slots, _, _, w = matrix.shape
     for y in range(top, bottom):
-        out[y] = matrix[y, :, :, 4]
+        # Not by slices: their check of shapes takes longer to compile than all else here.
+        for i in range(slots):
+            for j in range(slots):
+                for x in range(w):
+                    out[y, i, j, x] = matrix[y, i, j, 4, x]
         for k in range(slots):
             for x in range(w):
                 out[y, k, k, x] = np.float32(1) / out[y, k, k, x]
@@ -134,40 +154,40 @@ def _invert(top: int, bottom: int, matrix: NDArray[np.float32], out: NDArray[np.
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
 def _multiply(
-    top: int, bottom: int, matrix: NDArray[np.float32], x: NDArray[np.float32], out: NDArray[np.float32]
+    top: int, bottom: int, a: NDArray[np.float32], p: NDArray[np.float32], ap: NDArray[np.float32]
 ) -> NDArray[np.float64]:
-    """``out = matrix · x``; returns ``x · out`` per expression, ``(N,)``."""
-    h, slots, count, _ = x.shape
-    dots = np.zeros(count)
+    """A·p of rows; returns pᵀ A·p per expression, ``(N,)``."""
+    h, slots, count, _ = p.shape
+    pap = np.zeros(count)
     for y in range(top, bottom):
-        out[y] = 0
+        ap[y] = 0
         for i in range(slots):
             for ny in range(max(y - 1, 0), min(y + 2, h)):
                 for j in range(slots):
-                    _add_row(matrix, y, i, j, x, ny, out)
+                    _add_row(a, y, i, j, p, ny, ap)
             for n in range(count):
-                dots[n] += _dot(x[y, i, n], out[y, i, n])
-    return dots
+                pap[n] += _dot(p[y, i, n], ap[y, i, n])
+    return pap
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
 def _add_row(
-    matrix: NDArray[np.float32], y: int, i: int, j: int, x: NDArray[np.float32], ny: int, out: NDArray[np.float32]
+    a: NDArray[np.float32], y: int, i: int, j: int, p: NDArray[np.float32], ny: int, ap: NDArray[np.float32]
 ) -> None:
-    """Add to ``out[y, i]`` what couples its texels to those of row ``ny`` in slot j, for all expressions."""
-    first, last = 3 * (ny - y + 1), x.shape[3] - 1
-    for n in range(x.shape[2]):
-        out[y, i, n, 0] += matrix[y, i, j, first + 1, 0] * x[ny, j, n, 0]
+    """Add to ``ap[y, i]`` what couples its texels to those of row ``ny`` in slot j, for all expressions."""
+    left, last = 3 * (ny - y + 1), p.shape[3] - 1
+    for n in range(p.shape[2]):
+        ap[y, i, n, 0] += a[y, i, j, left + 1, 0] * p[ny, j, n, 0]
         if last > 0:
-            out[y, i, n, 0] += matrix[y, i, j, first + 2, 0] * x[ny, j, n, 1]
+            ap[y, i, n, 0] += a[y, i, j, left + 2, 0] * p[ny, j, n, 1]
             for c in range(1, last):
-                out[y, i, n, c] += (
-                    matrix[y, i, j, first, c] * x[ny, j, n, c - 1]
-                    + matrix[y, i, j, first + 1, c] * x[ny, j, n, c]
-                    + matrix[y, i, j, first + 2, c] * x[ny, j, n, c + 1]
+                ap[y, i, n, c] += (
+                    a[y, i, j, left, c] * p[ny, j, n, c - 1]
+                    + a[y, i, j, left + 1, c] * p[ny, j, n, c]
+                    + a[y, i, j, left + 2, c] * p[ny, j, n, c + 1]
                 )
-            out[y, i, n, last] += matrix[y, i, j, first, last] * x[ny, j, n, last - 1]
-            out[y, i, n, last] += matrix[y, i, j, first + 1, last] * x[ny, j, n, last]
+            ap[y, i, n, last] += a[y, i, j, left, last] * p[ny, j, n, last - 1]
+            ap[y, i, n, last] += a[y, i, j, left + 1, last] * p[ny, j, n, last]
 
 
 @njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
@@ -179,51 +199,37 @@ def _dot(a: NDArray[np.float32], b: NDArray[np.float32]) -> np.float32:
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def _advance(
-    top: int,
-    bottom: int,
-    step: NDArray[np.float32],
-    direction: NDArray[np.float32],
-    image: NDArray[np.float32],
-    inverse: NDArray[np.float32],
-    weights: NDArray[np.float32],
-    residual: NDArray[np.float32],
-) -> NDArray[np.float64]:
-    """Go a step along the direction; returns ``residual · inverse · residual`` per expression, ``(N,)``."""
-    _, slots, count, w = weights.shape
-    energy, conditioned = np.zeros(count), np.empty(w, np.float32)
+def _advance(top: int, bottom: int, alpha: NDArray[np.float32], state: _State) -> NDArray[np.float64]:
+    """``x += α p``, ``r -= α A·p``; returns rᵀz per expression, ``(N,)``."""
+    x, r, p, ap, m_inverse = state
+    _, slots, count, w = x.shape
+    rz, z = np.zeros(count), np.empty(w, np.float32)
     for y in range(top, bottom):
         for i in range(slots):
             for n in range(count):
-                for x in range(w):
-                    weights[y, i, n, x] += step[n] * direction[y, i, n, x]
-                    residual[y, i, n, x] -= step[n] * image[y, i, n, x]
+                for c in range(w):
+                    x[y, i, n, c] += alpha[n] * p[y, i, n, c]
+                    r[y, i, n, c] -= alpha[n] * ap[y, i, n, c]
         for n in range(count):
             for i in range(slots):
-                conditioned[:] = 0
+                z[:] = 0
                 for j in range(slots):
-                    for x in range(w):
-                        conditioned[x] += inverse[y, i, j, x] * residual[y, j, n, x]
-                energy[n] += _dot(residual[y, i, n], conditioned)
-    return energy
+                    for c in range(w):
+                        z[c] += m_inverse[y, i, j, c] * r[y, j, n, c]
+                rz[n] += _dot(r[y, i, n], z)
+    return rz
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def _turn(
-    top: int,
-    bottom: int,
-    turn: NDArray[np.float32],
-    inverse: NDArray[np.float32],
-    residual: NDArray[np.float32],
-    direction: NDArray[np.float32],
-) -> None:
-    """The next direction: ``inverse · residual + turn · direction``."""
-    _, slots, count, w = direction.shape
+def _turn(top: int, bottom: int, beta: NDArray[np.float32], state: _State) -> None:
+    """``p = z + β p``."""
+    _, r, p, _, m_inverse = state
+    _, slots, count, w = p.shape
     for y in range(top, bottom):
         for i in range(slots):
             for n in range(count):
-                for x in range(w):
-                    direction[y, i, n, x] *= turn[n]
+                for c in range(w):
+                    p[y, i, n, c] *= beta[n]
                 for j in range(slots):
-                    for x in range(w):
-                        direction[y, i, n, x] += inverse[y, i, j, x] * residual[y, j, n, x]
+                    for c in range(w):
+                        p[y, i, n, c] += m_inverse[y, i, j, c] * r[y, j, n, c]

@@ -12,7 +12,7 @@ from facezip.character.scans import Character, Stack
 from facezip.files.images import Texels, to_float
 from facezip.machine.progress import track
 from facezip.machine.rows import sum_rows
-from facezip.pack.measure import Layers, model_squares, texels_seen, texture_square
+from facezip.pack.measure import encoded, model_squares, texels_seen, texture_square
 from facezip.pack.model import CompressedTextures, Part, blended_rows
 from facezip.pack.quantise import StoredTextures, dequantise_part
 from facezip.pack.read import read_stored
@@ -78,7 +78,7 @@ class _ModelSide:
 
     def squares(self, stack: Stack, tile: int) -> NDArray[np.float64]:
         part = self._model.parts[self._kind.name, tile]
-        return model_squares(stack, Layers.of(part), self._weights(tile), self._order)
+        return model_squares(stack, encoded(part), self._weights(tile), self._order)
 
     def rows_of(self, n: int, tile: int) -> Rows:
         return blended_rows(self._part(tile), self._weights(tile)[self._order[n]])

@@ -1,68 +1,65 @@
 """Squared errors of textures against the scans, summed over the texels of a map on a tile."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from facezip.character.samples import samples_of
+from facezip.character.samples import Stored, samples_of
 from facezip.character.scans import Stack
-from facezip.files.images import Texels
-from facezip.fit.runs import RUN, expand_row, mix_rows, read_run
 from facezip.machine.rows import by_rows, map_rows, sum_rows
-from facezip.pack.model import Part, bilinear_taps
+from facezip.pack.model import Part
 from facezip.pack.quantise import ZERO, StoredPart
+from facezip.pack.sampling import RUN, Grid, bilinear_grid, expand_rows, mix_rows, read_run
 
 
-@dataclass(frozen=True, eq=False)
-class Layers:
-    """Neutral and differences in any type, with what turns them into values.
+class Encoded(NamedTuple):
+    """A neutral and difference textures in the numbers that hold them, and what these stand for.
 
     Attributes
     ----------
-    neutral : ``(H, W, C)``, times ``unit``.
-    differences : ``(R, H, W, C)``, less ``zero``, times ``steps`` ``(R, C)``.
+    neutral : ``(H, W, C)``; the neutral is ``unit`` times it.
+    unit : of the neutral.
+    differences : ``(R, H, W, C)``; a difference is ``steps`` times what lies above ``zero``.
+    zero : the number that stands for no difference.
+    steps : ``(R, C)``.
     """
 
-    neutral: Texels
+    neutral: NDArray[Any]
     unit: np.float32
-    differences: Texels
+    differences: NDArray[Any]
     zero: np.float32
     steps: NDArray[np.float32]
 
-    @classmethod
-    def of(cls, part: Part | StoredPart) -> "Layers":
-        """Of colours or data, in memory or as a pack has them: bytes stay bytes."""
-        if isinstance(part, Part):
-            steps = np.ones((len(part.differences), part.neutral.shape[2]), np.float32)
-            return cls(part.neutral, np.float32(1), part.differences, np.float32(0), steps)
-        unit = np.float32(1 / np.iinfo(str(part.neutral.dtype)).max)
-        return cls(part.neutral, unit, part.differences, np.float32(ZERO), part.span / np.float32(255))
+
+def encoded(part: Part | StoredPart) -> Encoded:
+    """Colours or data, in memory or as a pack has them: bytes stay bytes."""
+    if isinstance(part, Part):
+        steps = np.ones((len(part.differences), part.neutral.shape[2]), np.float32)
+        return Encoded(part.neutral, np.float32(1), part.differences, np.float32(0), steps)
+    unit = np.float32(1 / np.iinfo(str(part.neutral.dtype)).max)
+    return Encoded(part.neutral, unit, part.differences, np.float32(ZERO), part.span / np.float32(255))
 
 
 def model_squares(
-    stack: Stack, layers: Layers, weights: NDArray[np.float32], order: Sequence[int]
+    stack: Stack, theirs: Encoded, weights: NDArray[np.float32], order: Sequence[int]
 ) -> NDArray[np.float64]:
     """``(N,)``: for every expression, Σ_p m(p) ‖I_n(p) - equation (1)‖², in one pass without any whole texture.
 
     Parameters
     ----------
     stack : the scans; m is their mask.
-    layers, weights : the other side; weight maps ``(N', h, w, R)``.
+    theirs, weights : the other side; weight maps ``(N', h, w, R)``.
     order : of each expression, which of these N' is its own.
     """
     turned = weights.transpose(1, 3, 0, 2)
     h, slots, _, w = turned.shape
     rows = by_rows(lambda some: turned[some][:, :, list(order)], (h, slots, len(order), w), np.float32)
-    height, width = stack.resolution
-    taps = *bilinear_taps(height, h), *bilinear_taps(width, w)
-    samples = samples_of(stack)
-    stored = samples.textures, samples.neutral, samples.scale, samples.importance
-    values = layers.neutral, layers.unit, layers.differences, layers.zero, layers.steps, rows
-    return sum_rows(lambda top, bottom: _squared_errors(top, bottom, *stored, *values, *taps), height)
+    samples, grid = samples_of(stack), bilinear_grid(stack.resolution, (h, w))
+    shared = samples.stored, samples.importance, theirs, rows, grid
+    return sum_rows(lambda top, bottom: _squared_errors(top, bottom, *shared), len(samples.importance))
 
 
 def texture_square(stack: Stack, n: int, texels: NDArray[np.float32]) -> float:
@@ -105,73 +102,76 @@ def _squared_error(
 def _squared_errors(
     top: int,
     bottom: int,
-    textures: NDArray[np.uint8],
-    base: NDArray[np.uint8],
-    scale: np.float32,
+    stored: Stored,
     importance: NDArray[np.float32],
-    neutral: NDArray[Any],
-    unit: np.float32,
-    differences: NDArray[Any],
-    zero: np.float32,
-    steps: NDArray[np.float32],
+    encoded: Encoded,
     weights: NDArray[np.float32],
-    row0: NDArray[np.int64],
-    row1: NDArray[np.int64],
-    row_f: NDArray[np.float32],
-    column0: NDArray[np.int64],
-    column1: NDArray[np.int64],
-    column_f: NDArray[np.float32],
+    grid: Grid,
 ) -> NDArray[np.float64]:
-    count, _, width, channels = textures.shape
+    count, _, width, channels = stored.textures.shape
     slots = weights.shape[1]
     upper = np.empty((slots, count, RUN), np.float32)
     lower = np.empty((slots, count, RUN), np.float32)
     weight = np.empty((slots, count, RUN), np.float32)
     original = np.empty((channels, count, RUN), np.float32)
-    offsets = np.empty((slots, RUN), np.float32)
-    before, start, value = np.empty(RUN, np.float32), np.empty(RUN, np.float32), np.empty(RUN, np.float32)
+    differences = np.empty((slots, RUN), np.float32)
+    before, neutral, value = np.empty(RUN, np.float32), np.empty(RUN, np.float32), np.empty(RUN, np.float32)
     total = np.zeros(count)
     for left in range(0, width, RUN):
         run = min(RUN, width - left)
         for y in range(top, bottom):
-            if y == top or row0[y] != row0[y - 1] or row1[y] != row1[y - 1]:
-                expand_row(weights[row0[y]], column0, column1, column_f, left, run, upper)
-                expand_row(weights[row1[y]], column0, column1, column_f, left, run, lower)
-            mix_rows(upper, lower, row_f[y], run, weight)
-            read_run(textures, base, scale, y, left, run, original)
+            upper, lower = expand_rows(weights, grid, y, top, left, run, upper, lower)
+            mix_rows(upper, lower, grid.rows.fraction[y], run, weight)
+            read_run(stored, y, left, run, original)
             counts = importance[y, left : left + run]
             for c in range(channels):
                 for x in range(run):
-                    before[x] = scale * np.float32(base[y, left + x, c])
-                    start[x] = unit * np.float32(neutral[y, left + x, c])
-                for i in range(slots):
-                    for x in range(run):
-                        offsets[i, x] = steps[i, c] * (np.float32(differences[i, y, left + x, c]) - zero)
+                    before[x] = stored.scale * np.float32(stored.neutral[y, left + x, c])
+                _decode(encoded, y, left, c, run, neutral, differences)
                 for n in range(count):
-                    _add(start, offsets, weight, n, run, value)
+                    _add(neutral, differences, weight, n, run, value)
                     total[n] += _squared_gap(original[c, n], before, value, counts)
     return total
 
 
+@njit(cache=True, nogil=True)
+def _decode(
+    encoded: Encoded,
+    y: int,
+    left: int,
+    c: int,
+    run: int,
+    neutral: NDArray[np.float32],
+    differences: NDArray[np.float32],
+) -> None:
+    """One channel of a run: ``(RUN,)`` of the neutral, ``(R, RUN)`` of the difference textures."""
+    for x in range(run):
+        neutral[x] = encoded.unit * np.float32(encoded.neutral[y, left + x, c])
+    for i in range(len(differences)):
+        for x in range(run):
+            steps = np.float32(encoded.differences[i, y, left + x, c]) - encoded.zero
+            differences[i, x] = encoded.steps[i, c] * steps
+
+
 @njit(cache=True, nogil=True, fastmath={"contract"})
 def _add(
-    start: NDArray[np.float32],
-    offsets: NDArray[np.float32],
+    neutral: NDArray[np.float32],
+    differences: NDArray[np.float32],
     weight: NDArray[np.float32],
     n: int,
     run: int,
     out: NDArray[np.float32],
 ) -> None:
     """Equation (1) of a run, two difference textures at a time."""
-    slots = len(offsets)
+    slots = len(differences)
     for x in range(run):
-        out[x] = start[x]
+        out[x] = neutral[x]
     for i in range(0, slots - 1, 2):
         for x in range(run):
-            out[x] += offsets[i, x] * weight[i, n, x] + offsets[i + 1, x] * weight[i + 1, n, x]
+            out[x] += differences[i, x] * weight[i, n, x] + differences[i + 1, x] * weight[i + 1, n, x]
     if slots % 2:
         for x in range(run):
-            out[x] += offsets[slots - 1, x] * weight[slots - 1, n, x]
+            out[x] += differences[slots - 1, x] * weight[slots - 1, n, x]
 
 
 @njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})

@@ -13,6 +13,7 @@ from facezip.character.scans import NEUTRAL, map_named, tile_among, unknown
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.machine.rows import by_rows
 from facezip.pack.footprint import Footprint, Texture
+from facezip.pack.sampling import Grid, bilinear_grid
 
 # Blendshape weights lie within 0 and 1, and somewhat beyond where an animator exaggerates.
 MAX_BLEND = 1000
@@ -119,28 +120,15 @@ class CompressedTextures:
         return total
 
 
-def bilinear_taps(size: int, low: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]:
-    """Where a GPU sampler with clamped borders looks in ``low`` texels for each of ``size`` texel centres.
-
-    Returns
-    -------
-    first, second : ``(size,)`` indices of the two neighbours.
-    fraction : ``(size,)`` in [0, 1], the share of ``second``.
-    """
-    position = np.clip((np.arange(size) + 0.5) * (low / size) - 0.5, 0, low - 1)
-    first = np.floor(position).astype(np.int64)
-    return first, np.minimum(first + 1, low - 1), (position - first).astype(np.float32)
-
-
 def blended_rows(part: Part, weights: NDArray[np.float32]) -> Callable[[slice], NDArray[np.float32]]:
     """Equation (1) with one weight map ``(h, w, R)``: gives rows ``(rows, W, C)`` of texels, clipped to [0, 1]."""
     height, width, channels = part.neutral.shape
-    taps = *bilinear_taps(height, weights.shape[0]), *bilinear_taps(width, weights.shape[1])
-    stored = part.neutral, part.differences, np.ascontiguousarray(weights)
+    grid = bilinear_grid((height, width), weights.shape[:2])
+    maps = part.neutral, part.differences, np.ascontiguousarray(weights)
 
     def blended(rows: slice) -> NDArray[np.float32]:
         out = np.empty((rows.stop - rows.start, width, channels), np.float32)
-        _blend(rows.start, *stored, *taps, out)
+        _blend(rows.start, *maps, grid, out)
         return out
 
     return blended
@@ -152,25 +140,21 @@ def _blend(
     neutral: NDArray[np.float32],
     differences: NDArray[np.float32],
     weights: NDArray[np.float32],
-    row0: NDArray[np.int64],
-    row1: NDArray[np.int64],
-    row_f: NDArray[np.float32],
-    column0: NDArray[np.int64],
-    column1: NDArray[np.int64],
-    column_f: NDArray[np.float32],
+    grid: Grid,
     out: NDArray[np.float32],
 ) -> None:
     slots, _, width, channels = differences.shape
+    rows, columns = grid
     for y in range(first, first + len(out)):
-        top, bottom, fy = weights[row0[y]], weights[row1[y]], row_f[y]
+        upper, lower, v = weights[rows.first[y]], weights[rows.second[y]], rows.fraction[y]
         for x in range(width):
-            a, b, fx = column0[x], column1[x], column_f[x]
+            a, b, u = columns.first[x], columns.second[x], columns.fraction[x]
             for c in range(channels):
                 out[y - first, x, c] = neutral[y, x, c]
             for i in range(slots):
-                upper = top[a, i] + fx * (top[b, i] - top[a, i])
-                lower = bottom[a, i] + fx * (bottom[b, i] - bottom[a, i])
-                weight = upper + fy * (lower - upper)
+                above = upper[a, i] + u * (upper[b, i] - upper[a, i])
+                below = lower[a, i] + u * (lower[b, i] - lower[a, i])
+                weight = above + v * (below - above)
                 for c in range(channels):
                     out[y - first, x, c] += weight * differences[i, y, x, c]
             for c in range(channels):

@@ -81,7 +81,7 @@ def figure_8(scans: Character, template: Template, seed: int, truth: Callable[[s
     Pictures are data URIs of the shapes that change the skin most, one of each left and right pair.
     """
     made = generate(scans, template, seed)
-    neutral = to_float(scans.first.neutral)
+    neutral = to_float(stack.neutral)
     textures = {**made.textures, "neutral": lambda shape: neutral}
     figure: dict[str, Any] = {
         "resolution": list(scans.first.resolution),
@@ -133,10 +133,10 @@ class Naive:
     def __call__(self, shape: str) -> Texture:
         """The texture of a shape."""
         shares = self._inverse[self._shapes.index(shape)]
-        scans = self._scans.first
-        neutral = to_float(scans.first.neutral)
+        stack = self._scans.first
+        neutral = to_float(stack.neutral)
         total = neutral * (1 - shares.sum())
-        for share, texture in zip(shares, scans.first.textures, strict=True):
+        for share, texture in zip(shares, stack.textures, strict=True):
             total += share * to_float(texture)
         clipped: Texture = np.clip(total, 0, 1)
         return clipped

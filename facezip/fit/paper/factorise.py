@@ -4,9 +4,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from facezip.character.samples import Stored, stored_texels
 from facezip.character.scans import Stack
 from facezip.fit.paper.fragments import differences_of_row
-from facezip.fit.paper.masks import Masks, masks_at
+from facezip.fit.paper.masks import MaskLookup, Masks, masks_at
 from facezip.machine import memory
 from facezip.machine.rows import map_rows
 
@@ -22,12 +23,8 @@ def difference_textures(stack: Stack, masks: Masks, shares: NDArray[np.float32])
     """
     height, width = stack.resolution
     out = memory.empty((shares.shape[1], height, width, stack.neutral.shape[2]), np.float32)
-    stored = stack.textures, stack.neutral, stack.scale
-
-    def block(top: int, bottom: int) -> None:
-        _stitch(top, bottom, *stored, shares, masks.first, masks.active, *masks.lookup, out)
-
-    map_rows(block, height)
+    stored, lookup = stored_texels(stack), masks.lookup
+    map_rows(lambda top, bottom: _stitch(top, bottom, stored, shares, lookup, out), height)
     return out
 
 
@@ -56,30 +53,23 @@ def weight_maps(masks: Masks, alpha: NDArray[np.float32], scale: int) -> NDArray
 def _stitch(
     top: int,
     bottom: int,
-    textures: NDArray[np.uint8],
-    neutral: NDArray[np.uint8],
-    scale: np.float32,
+    stored: Stored,
     shares: NDArray[np.float32],
-    first: NDArray[np.int64],
-    active: NDArray[np.int32],
-    face: NDArray[np.int32],
-    barycentric: NDArray[np.float32],
-    faces: NDArray[np.int32],
-    values: NDArray[np.float32],
+    lookup: MaskLookup,
     out: NDArray[np.float32],
 ) -> None:
-    count, _, width, channels = textures.shape
+    count, _, width, channels = stored.textures.shape
     masks, slots, _ = shares.shape
     differences = np.empty((width, channels, count), np.float32)
     mixture = np.empty((slots, count), np.float32)
     mask = np.empty(masks, np.float32)
     for y in range(top, bottom):
-        differences_of_row(y, textures, neutral, scale, differences)
+        differences_of_row(y, stored, differences)
         for x in range(width):
-            begin, end = masks_at(y, x, first, active, face, barycentric, faces, values, mask)
+            begin, end = masks_at(lookup, y, x, mask)
             mixture[:] = 0
             for j in range(end - begin):
-                share = shares[active[begin + j]]
+                share = shares[lookup.active[begin + j]]
                 for i in range(slots):
                     for n in range(count):
                         mixture[i, n] += mask[j] * share[i, n]

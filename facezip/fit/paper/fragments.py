@@ -13,8 +13,9 @@ from numba import njit
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from facezip.character.samples import Stored, stored_texels
 from facezip.character.scans import Stack
-from facezip.fit.paper.masks import Masks, masks_at
+from facezip.fit.paper.masks import MaskLookup, Masks, masks_at
 from facezip.machine.progress import track
 from facezip.machine.rows import sum_rows
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from sklearn.cluster import KMeans
 
 STARTS = 10
-# Inertias whose ratio is closer to 1 than this are equal.
+# Inertias that differ by less than this part of all squares are equal.
 TIED = 1e-9
 
 
@@ -32,14 +33,9 @@ def masked_gram(stack: Stack, masks: Masks) -> NDArray[np.float64]:
 
     ``D_n = I_n - I_0`` in [0, 1]; the fragments are those of equation (2).
     """
-    n = len(stack.textures)
-    stored = stack.textures, stack.neutral, stack.scale
-
-    def block(top: int, bottom: int) -> NDArray[np.float64]:
-        return _masked_gram(top, bottom, *stored, masks.first, masks.active, *masks.lookup)
-
-    packed = sum_rows(block, stack.resolution[0])
-    return _unpack(packed, n)
+    stored, lookup = stored_texels(stack), masks.lookup
+    packed = sum_rows(lambda top, bottom: _masked_gram(top, bottom, stored, lookup), stack.resolution[0])
+    return _unpack(packed, len(stack.textures))
 
 
 def cluster_fragments(grams: NDArray[np.float64], clusters: int, seed: int) -> NDArray[np.int32]:
@@ -48,24 +44,27 @@ def cluster_fragments(grams: NDArray[np.float64], clusters: int, seed: int) -> N
     The best of ten starts by k-means++, as scikit-learn does by default on the fragments' pixels.
     """
     with threadpool_limits(1):
-        return np.stack([best_clusters(gram, clusters, seed) for gram in track(grams, "Clustering", len(grams))])
+        masks = track(grams, "Clustering", len(grams))
+        return np.stack([best_clusters(gram, clusters, seed, k) for k, gram in enumerate(masks)])
 
 
-def best_clusters(gram: NDArray[np.float64], clusters: int, seed: int) -> NDArray[np.int32]:
-    """Labels ``(N,)`` of the rows whose Gram matrix is given."""
+def best_clusters(gram: NDArray[np.float64], clusters: int, seed: int, mask: int) -> NDArray[np.int32]:
+    """Labels ``(N,)`` of the rows whose Gram matrix is given, the fragments of one mask."""
     rows = gram_rows(gram)
-    return best_of([lloyd(rows, start) for start in starts(rows, clusters, seed)])
+    fits = [lloyd(rows, start) for start in starts(rows, clusters, seed)]
+    return best_of(fits, rows, np.random.default_rng([seed, mask]))
 
 
-def best_of(fits: Sequence["KMeans"]) -> NDArray[np.int32]:
-    """The labels ``(N,)`` of the fit of least inertia, clusters numbered in the order of their first members.
+def best_of(fits: Sequence["KMeans"], rows: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.int32]:
+    """The labels ``(N,)`` of the fit of least inertia, in an order that is drawn.
 
-    Starts often end in one partition, or in several that are equally good, apart by rounding, which differs between
-    processors: the first of those in the order of their labels is taken everywhere.
+    K-means numbers clusters as it meets them, and breaks ties by rounding, which differs between processors. So the
+    clusters are numbered by their first members here, and of partitions that are equally good the first is taken. The
+    stitching is about the order of clusters from mask to mask: what it begins with has to be arbitrary.
     """
-    least = min(fit.inertia_ for fit in fits)
-    equal = [fit.labels_ for fit in fits if fit.inertia_ <= least * (1 + TIED)]
-    return np.array(min(map(_in_order, equal)), np.int32)
+    limit = min(fit.inertia_ for fit in fits) + TIED * np.square(rows).sum()
+    best = min(_in_order(fit.labels_) for fit in fits if fit.inertia_ <= limit)
+    return rng.permutation(len(fits[0].cluster_centers_)).astype(np.int32)[list(best)]
 
 
 def _in_order(labels: NDArray[np.int32]) -> tuple[int, ...]:
@@ -110,14 +109,9 @@ def _unpack(packed: NDArray[np.float64], n: int) -> NDArray[np.float64]:
 
 
 @njit(cache=True, nogil=True)
-def differences_of_row(
-    y: int,
-    textures: NDArray[np.uint8],
-    neutral: NDArray[np.uint8],
-    scale: np.float32,
-    out: NDArray[np.float32],
-) -> None:
+def differences_of_row(y: int, stored: Stored, out: NDArray[np.float32]) -> None:
     """Write D_n = I_n - I_0 of one row of texels to ``out``, ``(W, C, N)``, so that a texel's N values lie together."""
+    textures, neutral, scale = stored
     count, _, width, channels = textures.shape
     for n in range(count):
         for x in range(width):
@@ -126,28 +120,17 @@ def differences_of_row(
 
 
 @njit(cache=True, nogil=True)
-def _masked_gram(
-    top: int,
-    bottom: int,
-    textures: NDArray[np.uint8],
-    neutral: NDArray[np.uint8],
-    scale: np.float32,
-    first: NDArray[np.int64],
-    active: NDArray[np.int32],
-    face: NDArray[np.int32],
-    barycentric: NDArray[np.float32],
-    faces: NDArray[np.int32],
-    values: NDArray[np.float32],
-) -> NDArray[np.float64]:
-    count, _, width, channels = textures.shape
-    total = np.zeros((values.shape[1], count * (count + 1) // 2))
+def _masked_gram(top: int, bottom: int, stored: Stored, lookup: MaskLookup) -> NDArray[np.float64]:
+    count, _, width, channels = stored.textures.shape
+    masks = lookup.values.shape[1]
+    total = np.zeros((masks, count * (count + 1) // 2))
     differences = np.empty((width, channels, count), np.float32)
-    mask = np.empty(values.shape[1], np.float32)
+    mask = np.empty(masks, np.float32)
     products = np.empty(total.shape[1], np.float32)
     for y in range(top, bottom):
-        differences_of_row(y, textures, neutral, scale, differences)
+        differences_of_row(y, stored, differences)
         for x in range(width):
-            begin, end = masks_at(y, x, first, active, face, barycentric, faces, values, mask)
+            begin, end = masks_at(lookup, y, x, mask)
             if begin == end:
                 continue
             products[:] = 0
@@ -158,7 +141,7 @@ def _masked_gram(
                         products[n * (n + 1) // 2 + m] += d[n] * d[m]
             for j in range(begin, end):
                 squared = mask[j - begin] * mask[j - begin]
-                row = total[active[j]]
+                row = total[lookup.active[j]]
                 for q in range(len(products)):
                     row[q] += squared * products[q]
     return total

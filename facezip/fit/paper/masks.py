@@ -1,6 +1,7 @@
 """Smooth masks on the face: Poisson-disk samples and biharmonic functions between them (paper §3.1, Figure 4)."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -19,6 +20,25 @@ from facezip.machine.rows import map_rows
 # A biharmonic function rings over the whole face. The paper's masks are zero outside their fragment: rings of less
 # than one grey level are dropped, together with the negative lobes.
 RINGING = 1 / 255
+
+
+class MaskLookup(NamedTuple):
+    """What a kernel reads of masks, by :func:`masks_at`.
+
+    Attributes
+    ----------
+    first, active, values : as in :class:`Masks`.
+    face : ``(H, W)``, the triangle under each texel, -1 for none.
+    barycentric : ``(H, W, 3)``, where it lies in that triangle.
+    faces : ``(F, 3)``, the triangles' vertices.
+    """
+
+    first: NDArray[np.int64]
+    active: NDArray[np.int32]
+    values: NDArray[np.float32]
+    face: NDArray[np.int32]
+    barycentric: NDArray[np.float32]
+    faces: NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,9 +67,10 @@ class Masks:
         return len(self.samples)
 
     @property
-    def lookup(self) -> tuple[NDArray[np.int32], NDArray[np.float32], NDArray[np.int32], NDArray[np.float32]]:
-        """What :func:`masks_at` needs besides ``first`` and ``active``: face, barycentric, faces, values."""
-        return self.raster.face, self.raster.barycentric, self.raster.faces, self.values
+    def lookup(self) -> MaskLookup:
+        """The masks as kernels read them."""
+        raster = self.raster
+        return MaskLookup(self.first, self.active, self.values, raster.face, raster.barycentric, raster.faces)
 
     def dense(self, k: int) -> NDArray[np.float32]:
         """Mask ``M_k`` at full resolution, ``(H, W)`` float32 in [0, 1]."""
@@ -65,10 +86,10 @@ class Masks:
         """
         height, width = self.raster.face.shape
         h, w = -(-height // scale), -(-width // scale)
-        blocks = np.empty((h, w, self.count), np.float32)
+        lookup, blocks = self.lookup, np.empty((h, w, self.count), np.float32)
 
         def average(top: int, bottom: int) -> None:
-            _average_blocks(top, bottom, scale, self.first, self.active, *self.lookup, blocks)
+            _average_blocks(top, bottom, scale, lookup, blocks)
 
         map_rows(average, h)
         return np.ascontiguousarray(np.moveaxis(_fill_empty(blocks), 2, 0))
@@ -212,26 +233,17 @@ def _throw_darts(positions: NDArray[np.float64], radius: float, most: int) -> ND
 
 
 @njit(cache=True, nogil=True, inline="always")
-def masks_at(
-    y: int,
-    x: int,
-    first: NDArray[np.int64],
-    active: NDArray[np.int32],
-    face: NDArray[np.int32],
-    barycentric: NDArray[np.float32],
-    faces: NDArray[np.int32],
-    values: NDArray[np.float32],
-    out: NDArray[np.float32],
-) -> tuple[int, int]:
+def masks_at(lookup: MaskLookup, y: int, x: int, out: NDArray[np.float32]) -> tuple[int, int]:
     """Write the normalised masks of a texel to ``out``; they are those of ``active[begin:end]``."""
-    f = face[y, x]
+    f = lookup.face[y, x]
     if f < 0:
         return 0, 0
-    begin, end = first[f], first[f + 1]
-    a, b, c = faces[f]
+    begin, end = lookup.first[f], lookup.first[f + 1]
+    a, b, c = lookup.faces[f]
+    barycentric, values = lookup.barycentric, lookup.values
     total = np.float32(0)
     for j in range(begin, end):
-        k = active[j]
+        k = lookup.active[j]
         value = (
             barycentric[y, x, 0] * values[a, k]
             + barycentric[y, x, 1] * values[b, k]
@@ -251,16 +263,11 @@ def _average_blocks(
     top: int,
     bottom: int,
     scale: int,
-    first: NDArray[np.int64],
-    active: NDArray[np.int32],
-    face: NDArray[np.int32],
-    barycentric: NDArray[np.float32],
-    faces: NDArray[np.int32],
-    values: NDArray[np.float32],
+    lookup: MaskLookup,
     blocks: NDArray[np.float32],
 ) -> None:
-    height, width = face.shape
-    mask = np.empty(values.shape[1], np.float32)
+    height, width = lookup.face.shape
+    mask = np.empty(lookup.values.shape[1], np.float32)
     for by in range(top, bottom):
         for bx in range(blocks.shape[1]):
             total = blocks[by, bx]
@@ -268,9 +275,9 @@ def _average_blocks(
             covered = 0
             for y in range(by * scale, min((by + 1) * scale, height)):
                 for x in range(bx * scale, min((bx + 1) * scale, width)):
-                    begin, end = masks_at(y, x, first, active, face, barycentric, faces, values, mask)
+                    begin, end = masks_at(lookup, y, x, mask)
                     covered += end > begin
                     for j in range(begin, end):
-                        total[active[j]] += mask[j - begin]
+                        total[lookup.active[j]] += mask[j - begin]
             if covered:
                 total /= covered

@@ -9,9 +9,10 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import sparse
 
+from facezip.character.samples import Stored, stored_texels
 from facezip.character.scans import Stack
 from facezip.fit.paper.fragments import differences_of_row
-from facezip.fit.paper.masks import Masks, masks_at
+from facezip.fit.paper.masks import MaskLookup, Masks, masks_at
 from facezip.machine.rows import sum_rows
 
 
@@ -21,11 +22,11 @@ def pair_costs(stack: Stack, masks: Masks, labels: NDArray[np.int32], clusters: 
     These are the terms of equation (3): with the fragments' masks multiplied in, D''_akl = M_k·M_l·c_ak.
     """
     member = _membership(labels, clusters)
-    stored = stack.textures, stack.neutral, stack.scale
+    stored, lookup = stored_texels(stack), masks.lookup
     pair, first, second = _overlapping(masks)
 
     def block(top: int, bottom: int) -> NDArray[np.float64]:
-        return _pair_costs(top, bottom, *stored, member, pair, len(first), masks.first, masks.active, *masks.lookup)
+        return _pair_costs(top, bottom, stored, member, pair, len(first), lookup)
 
     costs = sum_rows(block, stack.resolution[0]).reshape(-1, clusters, clusters)
     table = np.zeros((masks.count, masks.count, clusters, clusters))
@@ -75,21 +76,15 @@ def _spread_centres(
 def _pair_costs(
     top: int,
     bottom: int,
-    textures: NDArray[np.uint8],
-    neutral: NDArray[np.uint8],
-    scale: np.float32,
+    stored: Stored,
     member: NDArray[np.float32],
     pair: NDArray[np.int32],
     pairs: int,
-    first: NDArray[np.int64],
-    active: NDArray[np.int32],
-    face: NDArray[np.int32],
-    barycentric: NDArray[np.float32],
-    faces: NDArray[np.int32],
-    values: NDArray[np.float32],
+    lookup: MaskLookup,
 ) -> NDArray[np.float64]:
-    count, _, width, channels = textures.shape
+    count, _, width, channels = stored.textures.shape
     masks, slots, _ = member.shape
+    active = lookup.active
     cells = slots * slots
     total = np.zeros((pairs, cells))
     differences = np.empty((width, channels, count), np.float32)
@@ -99,9 +94,9 @@ def _pair_costs(
     squared = np.empty(cells, np.float32)
     mask = np.empty(masks, np.float32)
     for y in range(top, bottom):
-        differences_of_row(y, textures, neutral, scale, differences)
+        differences_of_row(y, stored, differences)
         for x in range(width):
-            begin, end = masks_at(y, x, first, active, face, barycentric, faces, values, mask)
+            begin, end = masks_at(lookup, y, x, mask)
             for j in range(end - begin):
                 _spread_centres(x, member[active[begin + j]], differences, rows[j], columns[j])
                 for other in range(j):

@@ -19,8 +19,8 @@ from facezip.export.source import read_source
 from facezip.files.glb import Glb
 from facezip.files.images import read_texture_exactly
 from facezip.fit.methods import compress
-from facezip.pack.model import bilinear_taps
 from facezip.pack.read import read_pack
+from facezip.pack.sampling import bilinear_taps
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import grid_topology
 from tests.facezip.export.conftest import KINDS, layered_model, smooth_model

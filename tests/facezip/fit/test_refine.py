@@ -109,3 +109,14 @@ def test_the_start_is_pca_in_another_gauge(character):
     mixture = np.linalg.lstsq(pca, start[0, :, :, 0].T, rcond=None)[0]
     np.testing.assert_allclose(pca @ mixture, start[0, :, :, 0].T, atol=1e-5)
     assert np.linalg.matrix_rank(mixture) == 2
+
+
+def test_the_start_has_weights_and_textures_of_one_size(character):
+    """In its gauge W Wᵀ and the mean of D Dᵀ over texels and channels are one matrix."""
+    samples = samples_of(character.first)
+    start = balanced_start([samples], principal_weights([samples], 3), (1, 1))
+    textures = solve_textures(samples, start)
+    weights = start[0, :, :, 0]
+    np.testing.assert_allclose(
+        np.einsum("ihwc,jhwc->ij", textures, textures) / textures[0].size, weights @ weights.T, rtol=0.02, atol=1e-4
+    )

@@ -41,7 +41,7 @@ class Solution:
 
 def paper(character, count, restarts, seed, clusters=4):
     masks = dense_masks(character, count, seed)
-    labels = np.stack([cluster(fragments(character, mask), clusters, seed) for mask in masks])
+    labels = np.stack([cluster(fragments(character, mask), clusters, seed, k) for k, mask in enumerate(masks)])
     pairs = pair_pixels(character, masks, labels, clusters)
     permutation, cost = stitch(pairs, count, clusters, restarts, seed)
     return Solution(masks, labels, permutation, cost, *factorise(character, masks, labels, permutation))
@@ -78,10 +78,10 @@ def fragments(character, mask):
     )
 
 
-def cluster(pixels, clusters, seed):
+def cluster(pixels, clusters, seed, number):
     random = np.random.RandomState(seed)
     fits = [cluster_from(pixels, kmeans_plusplus(pixels, clusters, random_state=random)[1]) for _ in range(STARTS)]
-    return best_of(fits)
+    return best_of(fits, pixels, np.random.default_rng([seed, number]))
 
 
 def cluster_from(pixels, start):

@@ -82,7 +82,6 @@ def test_rounding_decides_no_tie():
     """As two processors see the same fragments: the last bits of their Gram matrices differ."""
     gram, _ = planted(4, 1, coordinates=3)
     nudged = gram * (1 + 1e-15 * np.random.default_rng(0).normal(size=gram.shape))
-    for matrix in (nudged, (nudged + nudged.T) / 2, gram[::-1, ::-1][::-1, ::-1]):
-        labels = cluster_fragments(np.stack([gram, matrix]), 4, 0)
-        np.testing.assert_array_equal(labels[1], labels[0])
-    np.testing.assert_array_equal(labels[0], np.arange(4))
+    labels = cluster_fragments(gram[None], 4, 0)
+    for matrix in (nudged, (nudged + nudged.T) / 2):
+        np.testing.assert_array_equal(cluster_fragments(matrix[None], 4, 0), labels)
