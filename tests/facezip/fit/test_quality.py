@@ -30,3 +30,9 @@ def test_error_of_what_a_pack_stores(character, method, differences):
     stored = dequantise(quantise(model), model.expressions, model.method, None)
     expected = ERRORS[method, differences][len(character.neutral)]
     assert mean_rmse(model_errors(character, stored)) == pytest.approx(expected, rel=1e-3)
+
+
+def test_momentum_that_went_past_the_goal_is_forgotten():
+    """The embedded character with one difference texture, where an alternation loses what the one before had gained."""
+    character = make_character(192, expressions=12)
+    assert mean_rmse(model_errors(character, compress(character, differences=1))) == pytest.approx(2.3954, rel=1e-3)
