@@ -136,7 +136,7 @@ def blended_rows(part: Part, weights: NDArray[np.float32]) -> Callable[[slice], 
 
 @njit(cache=True, nogil=True)
 def _blend(
-    first: int,
+    top: int,
     neutral: NDArray[np.float32],
     differences: NDArray[np.float32],
     weights: NDArray[np.float32],
@@ -145,17 +145,17 @@ def _blend(
 ) -> None:
     slots, _, width, channels = differences.shape
     rows, columns = grid
-    for y in range(first, first + len(out)):
+    for y in range(top, top + len(out)):
         upper, lower, v = weights[rows.first[y]], weights[rows.second[y]], rows.fraction[y]
         for x in range(width):
             a, b, u = columns.first[x], columns.second[x], columns.fraction[x]
             for c in range(channels):
-                out[y - first, x, c] = neutral[y, x, c]
+                out[y - top, x, c] = neutral[y, x, c]
             for i in range(slots):
                 above = upper[a, i] + u * (upper[b, i] - upper[a, i])
                 below = lower[a, i] + u * (lower[b, i] - lower[a, i])
                 weight = above + v * (below - above)
                 for c in range(channels):
-                    out[y - first, x, c] += weight * differences[i, y, x, c]
+                    out[y - top, x, c] += weight * differences[i, y, x, c]
             for c in range(channels):
-                out[y - first, x, c] = min(max(out[y - first, x, c], np.float32(0)), np.float32(1))
+                out[y - top, x, c] = min(max(out[y - top, x, c], np.float32(0)), np.float32(1))
