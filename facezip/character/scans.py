@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.character.correspondence import in_order_of
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.decoding import stated_size
 from facezip.files.images import TEXTURE_SUFFIXES, Texels, read_texture, to_float, write_texture
@@ -246,21 +247,8 @@ def texture_path(folder: Path, name: str) -> Path:
 
 
 def vertices_like(path: Path, neutral: NDArray[np.float32], topology: Topology) -> NDArray[np.float32]:
-    """The vertices ``(V, 3)`` of a mesh, if it has the neutral's topology and UV layout."""
-    vertices, other = read_obj(path)
-    if len(vertices) != len(neutral) or not np.array_equal(other.faces, topology.faces):
-        difference = f"{len(vertices)} vertices and {len(other.faces)} triangles"
-        raise FaceZipError(
-            ErrorCode.TOPOLOGY_MISMATCH,
-            f"{path}: {difference}, not the neutral's mesh ({len(neutral)} and {len(topology.faces)}, in its order); "
-            "fit the neutral's topology to the scan",
-        )
-    if not other.same_as(topology):
-        raise FaceZipError(
-            ErrorCode.TOPOLOGY_MISMATCH,
-            f"{path}: another UV layout than neutral.obj; transfer the neutral's UVs",
-        )
-    return vertices
+    """The vertices ``(V, 3)`` of a mesh in the neutral's order, if it has the neutral's topology and UV layout."""
+    return in_order_of(path, neutral, topology, *read_obj(path))
 
 
 def _read_like(folder: Path, name: str, neutral: Texels, into: Texels) -> None:
