@@ -10,10 +10,8 @@ import numpy as np
 
 from facezip.files.objlists import CORNERS, FACES, MAX_COORDINATE, UVS, VERTICES, Lists, read_plain_lines
 
-# Names, groups, shading, lines and points: nothing of them changes a vertex or a face.
-WITHOUT_EFFECT = frozenset(
-    b"o g s mg mtllib usemap maplib bevel c_interp d_interp shadow_obj trace_obj l p vp vw".split()
-)
+# Names, groups and shading: nothing of them changes a vertex or a face.
+WITHOUT_EFFECT = frozenset(b"o g s mg mtllib usemap maplib bevel c_interp d_interp shadow_obj trace_obj vp".split())
 # What follows a backslash at the end of these is certainly meant to go on.
 CONTINUED = frozenset(b"v vt vn f l p vp".split())
 _FREE_FORM = (
@@ -28,6 +26,10 @@ REFUSED = {
 }
 _NUMBER = re.compile(rb"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _CORNER = re.compile(rb"([+-]?\d+)/([+-]?\d+)(?:/([+-]?\d+)?)?")
+# Normals of triangles without area are often no numbers.
+_NO_NUMBER = re.compile(rb"[+-]?(?:nan(?:\(\w*\))?|inf(?:inity)?|\d\.#\w+)", re.IGNORECASE)
+# Of lines and points, which are no part of a surface.
+_POINT = re.compile(rb"[+-]?0*[1-9]\d*(?:/(?:[+-]?0*[1-9]\d*)?)?")
 _BLANKS = re.compile(rb"[ \t]+")
 # Not within a word: old compilers print NaN as 1.#IND.
 _REMARK = re.compile(rb"(?:^|[ \t])#")
@@ -56,7 +58,14 @@ class Lines:
     def __init__(self, text: bytes | bytearray) -> None:
         self._text = text if text.endswith((b"\n", b"\r")) else text + b"\n"
         self._lists = Lists.sized_for(self._text)
-        self._readers = {b"v": self._vertex, b"vt": self._uv, b"vn": self._normal, b"f": self._face}
+        self._readers = {
+            b"v": self._vertex,
+            b"vt": self._uv,
+            b"vn": self._normal,
+            b"f": self._face,
+            b"l": self._points,
+            b"p": self._points,
+        }
         self.materials: list[tuple[int, str]] = []
         plain, at = np.frombuffer(self._text, np.uint8), 0
         while at < len(self._text):
@@ -129,13 +138,18 @@ class Lines:
         self._lists.counts[UVS] += 1
 
     def _normal(self, words: list[bytes]) -> None:
-        # Not used, and often NaN on thin triangles; another count shows that lines were run together.
-        if len(words) != 3:
-            raise self._fault(f"a 'vn' line holds 3 numbers, this one {len(words)}; export the mesh again")
+        # Not used, but what is something else shows that lines were lost or run together.
+        numbers = [word for word in words if _NO_NUMBER.fullmatch(word) is None]
+        self._numbers(numbers + [b"0"] * (len(words) - len(numbers)), "vn", (3,))
+
+    def _points(self, words: list[bytes]) -> None:
+        for word in words:
+            if _POINT.fullmatch(word) is None:
+                raise self._fault(f"'{_shown(word)}' is no index of a vertex; remove the line or export the mesh again")
 
     def _numbers(self, words: list[bytes], key: str, counts: tuple[int, ...]) -> list[float]:
         if len(words) not in counts:
-            allowed = ", ".join(map(str, counts[:-1])) + f" or {counts[-1]}"
+            allowed = " or ".join(map(str, counts))
             raise self._fault(f"a '{key}' line holds {allowed} numbers, this one {len(words)}; export the mesh again")
         numbers = []
         for word in words:
