@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.character.correspondence import in_order_of
 from facezip.character.layout import MASK, Layout, MapFiles, read_layout
 from facezip.character.maps import ALBEDO, Key, Map
 from facezip.character.meshes import Meshes
@@ -19,7 +20,7 @@ from facezip.character.tiles import FIRST_TILE, shifted
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.decoding import filled, stated_size
 from facezip.files.images import Texels, read_texture, to_float, write_texture, write_values
-from facezip.files.obj import Topology, read_obj, write_obj
+from facezip.files.obj import read_obj, write_obj
 from facezip.files.reading import check_expansion
 from facezip.files.writing import whole_folder
 from facezip.machine import memory
@@ -30,6 +31,8 @@ from facezip.names import printable
 
 # Fifty flat 2048 x 2048 textures are no attack; what unfolds to more has to be in proportion to its files.
 SPARE = 2**32
+# Of a texel: exporters round UVs, each in its own way.
+UV_TOLERANCE = 1 / 16
 
 
 def load_folder(folder: Path, keep_floats: bool, maps: tuple[str, ...] | None) -> Character:
@@ -99,6 +102,8 @@ class _Loading:
 
     def __init__(self, layout: Layout, pool: Executor, done: Callable[[], None]) -> None:
         self._layout, self._names, self._pool, self._done = layout, layout.expressions, pool, done
+        sides = (stated_size(how.files[NEUTRAL, tile])[:2] for how in layout.maps for tile in layout.tiles)
+        self._tolerance = UV_TOLERANCE / max(map(max, sides))
 
     def character(self) -> Character:
         # Their parsers leave the interpreter to other threads: meshes and textures are read side by side.
@@ -116,7 +121,8 @@ class _Loading:
         return Character(name, self._names, Meshes(self._topology, self._neutral, vertices), tuple(maps), stacks)
 
     def _vertices(self, name: str) -> NDArray[np.float32]:
-        vertices = vertices_like(self._layout.meshes[name], self._neutral, self._topology)
+        path = self._layout.meshes[name]
+        vertices = in_order_of(path, self._neutral, self._topology, *read_obj(path), self._tolerance)
         self._done()
         return vertices
 
@@ -179,24 +185,6 @@ class _Loading:
             return on_mesh
         mask = _resized(read_texture(path), size)
         return by_rows(lambda rows: on_mesh[rows] & (mask[rows, :, 0] > 0), size, np.bool_)
-
-
-def vertices_like(path: Path, neutral: NDArray[np.float32], topology: Topology) -> NDArray[np.float32]:
-    """The vertices ``(V, 3)`` of a mesh, if it has the neutral's topology and UV layout."""
-    vertices, other = read_obj(path)
-    if len(vertices) != len(neutral) or not np.array_equal(other.faces, topology.faces):
-        difference = f"{len(vertices)} vertices and {len(other.faces)} triangles"
-        raise FaceZipError(
-            ErrorCode.TOPOLOGY_MISMATCH,
-            f"{path}: {difference}, not the neutral's mesh ({len(neutral)} and {len(topology.faces)}, in its order); "
-            "fit the neutral's topology to the scan",
-        )
-    if not other.same_as(topology):
-        raise FaceZipError(
-            ErrorCode.TOPOLOGY_MISMATCH,
-            f"{path}: another UV layout than neutral.obj; transfer the neutral's UVs",
-        )
-    return vertices
 
 
 def words_for(texture: Texels) -> str:

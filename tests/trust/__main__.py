@@ -15,6 +15,7 @@ from tests.trust.damage import check_damage
 from tests.trust.findings import Row
 from tests.trust.fuzz import check_fuzz
 from tests.trust.kills import check_kills
+from tests.trust.meshes import check_meshes
 from tests.trust.mutants import check_mutants
 from tests.trust.names import check_names
 from tests.trust.same import check_same
@@ -25,6 +26,7 @@ CHECKS: dict[str, Callable[[Path, float], list[Row]]] = {
     "claims": check_claims,
     "names": check_names,
     "mutants": check_mutants,
+    "meshes": check_meshes,
     "same": check_same,
     "fuzz": check_fuzz,
 }

@@ -51,6 +51,23 @@ def change_token(rng: random.Random, content: bytes) -> bytes:
     return b" ".join(words)
 
 
+def change_line(rng: random.Random, content: bytes) -> bytes:
+    """A line of a text is lost, doubled, moved, run together with the next one, or gets another first word."""
+    lines = re.findall(rb"[^\r\n]*(?:\r\n|\r|\n|$)", content)
+    at, other = rng.randrange(len(lines)), rng.randrange(len(lines))
+    line = lines[at]
+    words = [b"v", b"vt", b"vn", b"f", b"fo", b"l", b"F", b"#", b"\\", b"call", b"surf", b"x", b"usemtl"]
+    change = rng.choice(["lost", "doubled", "moved", "joined", "renamed"])
+    if change == "renamed":
+        lines[at] = re.sub(rb"^\s*\S*", lambda _: rng.choice(words), line)
+    elif change == "joined":
+        lines[at] = line.rstrip(b"\r\n")
+    else:
+        lines[at] = b"" if change == "lost" else line + line if change == "doubled" else lines[other]
+        lines[other] = line if change == "moved" else lines[other]
+    return b"".join(lines)
+
+
 def change_number(rng: random.Random, content: bytes) -> bytes:
     """A number of a text becomes another one of as many digits, so that no length before it gives that away."""
     digits = rng.choice([*re.finditer(rb"\d+", content[:4096])] or [re.match(b"", content)])

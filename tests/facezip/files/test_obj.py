@@ -1,11 +1,50 @@
+import random
+import re
+import tempfile
+from pathlib import Path
+
+import hypothesis.strategies as st
 import numpy as np
 import pytest
+from hypothesis import given, settings
 
 from facezip import FaceZipError
-from facezip.files.obj import read_obj, write_obj
+from facezip.files import objlines
+from facezip.files.obj import only_material, read_obj, write_obj
 from tests.facezip.conftest import grid_topology
+from tests.facezip.files.other_readers import disagreements
+from tests.facezip.files.spellings import Mesh, random_mesh, spell
+from tests.trust.meshes import KINDS
+from tests.trust.mutations import mutate
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+LINE_END = r"\r\n|\r|\n"
+LAYOUT = "vt 0 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3\n"
+
+
+@pytest.fixture(scope="module")
+def place():
+    with tempfile.TemporaryDirectory() as folder:
+        yield Path(folder)
+
+
+@st.composite
+def spelled(draw) -> tuple[Mesh, bytes]:
+    """A mesh, and one of its valid spellings."""
+    rng = random.Random(draw(st.integers(0, 2**32)))
+    mesh = random_mesh(rng)
+    return mesh, spell(rng, mesh)
+
+
+@st.composite
+def mutants(draw) -> bytes:
+    rng = random.Random(draw(st.integers(0, 2**32)))
+    return mutate(rng, spell(rng, random_mesh(rng)), KINDS)
+
+
+def read(place, text):
+    (place / "a.obj").write_bytes(text if isinstance(text, bytes) else text.encode())
+    return read_obj(place / "a.obj")
 
 
 def test_a_mesh_reads_back_bit_for_bit(tmp_path):
@@ -17,12 +56,74 @@ def test_a_mesh_reads_back_bit_for_bit(tmp_path):
     assert same.same_as(topology)
 
 
-@pytest.mark.parametrize("faces", ["f 1/1 2/2 3/3 4/4", "f 1/1/1 2/2/1 3/3/1 4/4/1", "f -4/-4 -3/-3 -2/-2 -1/-1"])
-def test_polygons_normals_and_relative_indices_give_the_same_triangles(tmp_path, faces):
-    (tmp_path / "a.obj").write_text(f"# comment\nmtllib x.mtl\r\n{SQUARE}vn 0 0 1\n{faces}\n")
-    _, topology = read_obj(tmp_path / "a.obj")
-    np.testing.assert_array_equal(topology.faces, [[0, 1, 2], [0, 2, 3]])
-    np.testing.assert_array_equal(topology.face_uv, topology.faces)
+@settings(deadline=None, max_examples=300)
+@given(spelled())
+def test_a_mesh_is_the_same_however_it_is_spelled(place, case):
+    mesh, text = case
+    vertices, topology = read(place, text)
+    np.testing.assert_array_equal(vertices, mesh.vertices.astype(np.float32))
+    np.testing.assert_array_equal(topology.uv, mesh.uv.astype(np.float32))
+    np.testing.assert_array_equal(np.stack([topology.faces, topology.face_uv], axis=2), mesh.triangles)
+
+
+@settings(deadline=None)
+@given(spelled())
+def test_two_other_readers_read_the_same_triangles(place, case):
+    _, text = case
+    assert not disagreements(text, place / "plain.obj", *read(place, text))
+
+
+@settings(deadline=None)
+@given(spelled())
+def test_triangles_keep_the_material_of_their_polygon(place, case):
+    mesh, text = case
+    vertices, topology = read(place, text)
+    names = [name for polygon, name in zip(mesh.polygons, mesh.materials, strict=True) for _ in polygon[2:]]
+    assert set(topology.materials) == set(names)
+    for material in topology.materials:
+        some, part = only_material(vertices, topology, material)
+        mine = mesh.triangles[[name == material for name in names]]
+        np.testing.assert_array_equal(some[part.faces], mesh.vertices.astype(np.float32)[mine[:, :, 0]])
+        np.testing.assert_array_equal(part.uv[part.face_uv], mesh.uv.astype(np.float32)[mine[:, :, 1]])
+        assert len(topology.materials) == 1 or len(some) == len(np.unique(part.faces))
+
+
+def test_a_material_that_is_not_there_is_named(place):
+    vertices, topology = read(place, f"usemtl skin\n{SQUARE}f 1/1 2/2 3/3\n")
+    with pytest.raises(FaceZipError, match="no material 'eyes'; this mesh has 'skin'"):
+        only_material(vertices, topology, "eyes")
+
+
+@settings(deadline=None, max_examples=300)
+@given(mutants())
+def test_compiled_code_reads_what_is_read_line_by_line(place, text):
+    with pytest.MonkeyPatch.context() as patch:
+        fast = answer(place, text)
+        patch.setattr(objlines, "read_plain_lines", lambda text, at, lists: at)
+        slow = answer(place, text)
+    assert fast == slow
+
+
+def answer(place, text):
+    """All that is read, or the refusal."""
+    try:
+        vertices, topology = read(place, text)
+    except FaceZipError as refusal:
+        return str(refusal)
+    arrays = vertices, topology.faces, topology.uv, topology.face_uv
+    return [array.tolist() for array in arrays], topology.materials
+
+
+@settings(deadline=None)
+@given(spelled(), st.data())
+def test_a_line_that_is_not_understood_is_refused_with_its_number(place, case, data):
+    text = case[1]
+    text = (text.decode("utf-16") if text[:2] in (b"\xff\xfe", b"\xfe\xff") else text.decode("utf-8-sig")) + "\n"
+    begins = [end.end() for end in re.finditer(LINE_END, text) if text[: end.start()][-1:] != "\\"]
+    at = data.draw(st.sampled_from([0, *begins]))
+    number = len(re.findall(LINE_END, text[:at])) + 1
+    with pytest.raises(FaceZipError, match=f"a.obj: line {number}: 'frob' is no keyword"):
+        read(place, f"{text[:at]}frob 1 2 3\n{text[at:]}")
 
 
 @pytest.mark.parametrize(
@@ -30,85 +131,70 @@ def test_polygons_normals_and_relative_indices_give_the_same_triangles(tmp_path,
     [
         ("", "no 'v' lines"),
         ("v 0 0 0\nf 1/1 1/1 1/1\n", "no 'vt' lines"),
-        (SQUARE, "no faces"),
-        (SQUARE + "f 1 2 3\n", "UVs"),
-        (SQUARE + "f 1//1 2//1 3//1\n", "UVs"),
-        (SQUARE + "f 1/1 2/2 9/3\n", "does not exist"),
-        (SQUARE + "f 1/1 2/2 3/9\n", "does not exist"),
-        (SQUARE + "f 0/1 2/2 3/3\n", "does not exist"),
-        (SQUARE + "f 1/1 2/2 99999999999999999999/3\n", "UVs"),
-        (SQUARE + "v 0 nan 0\nf 1/1 2/2 3/3\n", "NaN"),
-        (SQUARE + "v 0 inf 0\nf 1/1 2/2 3/3\n", "infinity"),
-        (SQUARE + "v 0 0\nf 1/1 2/2 3/3\n", "3 numbers"),
-        (SQUARE + "v a b c\nf 1/1 2/2 3/3\n", "3 numbers"),
-        ("\x00\xff\xfe garbage", "no 'v' lines"),
+        (SQUARE, "no 'f' lines"),
+        (SQUARE + "f 1 2 3\n", "line 9: the corner '1' names no UV, although there are 4 'vt' lines before it"),
+        (SQUARE + "f 1//1 2//1 3//1\n", "line 9: the corner '1//1' names no UV"),
+        (SQUARE + "f 1/1 2/2 3\n", "line 9: the corner '3' names no UV"),
+        (SQUARE + "f 1/1 2/2/1 3/3\n", "line 9: some of the corners have normals"),
+        (SQUARE + "f 1/1/0 2/2/1 3/3/1\n", "line 9: a corner has the normal 0"),
+        (SQUARE + "f 1/1/1/1 2/2/1/1 3/3/1/1\n", "line 9: the corner '1/1/1/1' is not vertex/uv"),
+        (SQUARE + "f 1/1 2/2\n", "line 9: a face has at least 3 corners, this one 2"),
+        (SQUARE + "f 1/1 2/2 9/3\n", "line 9: there is no vertex 9"),
+        (SQUARE + "f 1/1 2/2 3/9\n", "line 9: there is no UV 9"),
+        (SQUARE + "f 0/1 2/2 3/3\n", "line 9: there is no vertex 0"),
+        (SQUARE + "f -5/1 2/2 3/3\n", "line 9: there is no vertex -5"),
+        ("f -1/-1 -1/-1 -1/-1\n" + SQUARE, "line 1: there is no vertex -1"),
+        (SQUARE + f"f 1/1 2/2 {'9' * 20}/3\n", "line 9: there is no vertex 9999"),
+        (SQUARE + f"f 1/1 2/2 3/{'9' * 9999}\n", "line 9: there is no UV 9999"),
+        (SQUARE + "v 0 nan 0\nf 1/1 2/2 3/3\n", "line 9: 'nan' is no finite number"),
+        (SQUARE + "v 0 1.#IND 0\nf 1/1 2/2 3/3\n", "line 9: '1.#IND' is no finite number"),
+        (SQUARE + "v 0 inf 0\nf 1/1 2/2 3/3\n", "line 9: 'inf' is no finite number"),
+        (SQUARE + "v 0 1e31 0\nf 1/1 2/2 3/3\n", "line 9: the number 1e31 is huge"),
+        (SQUARE + "v 0 1,5 0\nf 1/1 2/2 3/3\n", "line 9: '1,5' is no finite number"),
+        (SQUARE + "v 0 0\nf 1/1 2/2 3/3\n", "line 9: a 'v' line holds 3 or 4 or 6 or 7 numbers, this one 2"),
+        (SQUARE + "v 0 0 0 0 0\nf 1/1 2/2 3/3\n", "line 9: a 'v' line holds 3 or 4 or 6 or 7 numbers, this one 5"),
+        (SQUARE + "v 0 0 0 2\nf 1/1 2/2 3/3\n", "line 9: the vertex has the weight 2"),
+        (SQUARE + "vt 0\nf 1/1 2/2 3/3\n", "line 9: a 'vt' line holds 2 or 3 numbers, this one 1"),
+        (SQUARE + "vn 0 0 1v 0 0 0\nf 1/1 2/2 3/3\n", "line 9: a 'vn' line holds 3 numbers, this one 6"),
+        (SQUARE + "F 1/1 2/2 3/3\n", "line 9: 'F' is no keyword"),
+        (SQUARE + "fo 1/1 2/2 3/3\n", "line 9: 'fo' is the form of a face that was given up"),
+        (SQUARE + "cstype bezier\n", "line 9: 'cstype' is of free-form curves"),
+        (SQUARE + "call more.obj\n", "line 9: 'call' takes in another file"),
+        (SQUARE + "f 1/1 2/2 3/3 \\ \n4/4\n", "line 9: a blank follows the backslash"),
+        (SQUARE + "f 1/1 2/2 3\\\n/3\n", "line 9: goes on within a word"),
+        (SQUARE + "f 1/1 2/2 3/3 \\", "line 9: ends in a backslash, and nothing follows"),
+        ("# C:\\\n" + SQUARE, "line 1: ends in a backslash"),
+        ("mtllib C:\\\n" + SQUARE, "line 1: ends in a backslash"),
+        ("v\u00a00\u00a00\u00a00\n" + SQUARE, "line 1: 'v\\xa00\\xa00\\xa00' is no keyword"),
+        ("\x00\xff\xfe garbage", "line 1: '\\x00ÿþ' is no keyword"),
     ],
 )
 def test_a_bad_mesh_is_refused_in_one_line(tmp_path, content, reason):
-    (tmp_path / "bad.obj").write_text(content, encoding="latin-1")
-    with pytest.raises(FaceZipError, match="bad.obj") as caught:
+    (tmp_path / "bad.obj").write_text(content, encoding="utf-8")
+    with pytest.raises(FaceZipError, match=r"bad\.obj") as caught:
         read_obj(tmp_path / "bad.obj")
     assert reason in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
-LAYOUT = "vt 0 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3\n"
+def test_half_a_file_of_two_bytes_a_letter_is_refused(place):
+    with pytest.raises(FaceZipError, match="UTF-16"):
+        read(place, SQUARE.encode("utf-16") + b"\x00\xd8\n")
 
 
-@pytest.mark.parametrize(
-    "lines",
-    [
-        ["v 0 1 2", "v 3 4 5", "v 6 7 8"],
-        ["v 0 1 2 1", "v 3 4 5 1", "v 6 7 8 1"],
-        ["v 0 1 2 .1 .2 .3", "v 3 4 5 .1 .2 .3", "v 6 7 8 0 0 0"],
-        ["v 0 1 2 1", "v 3 4 5", "v 6 7 8"],
-        ["v  0\t1  2 ", "v +3 4. 5.0e0", "v 6 .7e1 80E-1"],
-        ["v 0 1 2\r", "v 3 4 5\r", "v 6 7 8\r"],
-        ["v 0 1 2", "# a remark", "v 3 4 5", "v 6 7 8"],
-        ["v 0 1 2", "", "v 3 4 5", "vn 0 0 1", "v 6 7 8"],
-        ["o head", "v 0 1 2", "v 3 4 5", "v 6 7 8"],
-    ],
-)
-def test_vertices_are_the_same_however_they_are_written(tmp_path, lines):
-    (tmp_path / "a.obj").write_text("\n".join([*lines, LAYOUT]), newline="")
-    vertices, _ = read_obj(tmp_path / "a.obj")
-    np.testing.assert_array_equal(vertices, np.arange(9).reshape(3, 3))
-
-
-def test_numbers_of_any_length_are_read_as_python_reads_them(tmp_path):
-    random = np.random.default_rng(0)
+def test_numbers_of_any_length_are_read_as_python_reads_them(place):
+    rng = np.random.default_rng(0)
     written = [
-        f"{random.choice(['', '-', '+'])}{number:.{random.integers(0, 24)}{random.choice(list('feg'))}}"
-        for number in np.abs(random.normal(size=300)) * 10.0 ** random.integers(-40, 20, 300)
+        f"{rng.choice(['', '-', '+'])}{number:.{rng.integers(0, 40)}{rng.choice(list('feg'))}}"
+        for number in np.abs(rng.normal(size=3000)) * 10.0 ** rng.integers(-40, 20, 3000)
     ]
-    rows = [written[k : k + 3] for k in range(0, 300, 3)]
-    for k, row in enumerate(rows):
-        (tmp_path / "a.obj").write_text(f"v 0 0 0\nv {' '.join(row)}\nv 1 1 1\n{LAYOUT}")
-        vertices, _ = read_obj(tmp_path / "a.obj")
-        np.testing.assert_array_equal(vertices[1], np.array([*map(float, row)]).astype(np.float32), err_msg=str(k))
+    # Half-way between two float32, and a little beside.
+    written += ["1.00000005960464477539", "1.000000059604644775390625", "1.0000000596046447753906250000001"]
+    rows = "".join(f"v {' '.join(written[k : k + 3])}\n" for k in range(0, len(written), 3))
+    vertices, _ = read(place, rows + LAYOUT)
+    np.testing.assert_array_equal(vertices.ravel(), np.array([*map(float, written)]).astype(np.float32))
 
 
-def test_vertices_may_stand_after_texture_coordinates(tmp_path):
-    before, after = LAYOUT.split("f")
-    (tmp_path / "a.obj").write_text(f"{before}v 0 1 2\nv 3 4 5\nv 6 7 8\nf{after}")
-    vertices, topology = read_obj(tmp_path / "a.obj")
-    np.testing.assert_array_equal(vertices, np.arange(9).reshape(3, 3))
-    np.testing.assert_array_equal(topology.uv, [[0, 0], [1, 0], [1, 1]])
-
-
-@pytest.mark.parametrize(
-    "lines",
-    [
-        ["v 0 1", "v 2 3 4 5", "v 6 7 8"],
-        ["v 0 1 2", "v 3 4-5", "v 6 7 8"],
-        ["v 0 1 2", "v 3 4 5e", "v 6 7 8"],
-        ["v 0 1 2", "v 3 --4 5", "v 6 7 8"],
-        ["v 0 1\r2", "v 3 4 5", "v 6 7 8"],
-        ["v 0 1 2", "v 3 v 5", "v 6 7 8"],
-        ["v 0 1 2", "v 3 4v5", "v 6 7 8"],
-    ],
-)
-def test_vertices_that_are_not_three_numbers_a_line_are_refused(tmp_path, lines):
-    (tmp_path / "a.obj").write_text("\n".join([*lines, LAYOUT]), newline="")
-    with pytest.raises(FaceZipError, match="'v' line does not hold 3 numbers"):
-        read_obj(tmp_path / "a.obj")
+def test_a_polygon_becomes_a_fan_from_its_first_corner(place):
+    _, topology = read(place, SQUARE + "v 2 2 0\nvt .5 .5\nf 2/2 3/3 4/4 1/1 5/5\nf 1/1 2/2 3/3\n")
+    np.testing.assert_array_equal(topology.faces, [[1, 2, 3], [1, 3, 0], [1, 0, 4], [0, 1, 2]])
