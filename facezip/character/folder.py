@@ -26,7 +26,8 @@ from facezip.character.scans import (
 from facezip.character.surface import FIRST_TILE, Surface, shifted
 from facezip.character.texels import normal_rows, states_signs, value_rows
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.decoding import filled, stated_size
+from facezip.files.bands import filled
+from facezip.files.decoding import stated_size
 from facezip.files.images import Texels, read_texture, to_float, write_texture
 from facezip.files.images import write_values as write_floats
 from facezip.files.names import printable

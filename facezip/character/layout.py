@@ -12,7 +12,7 @@ from facezip.character.maps import ALBEDO, ENCODINGS, KNOWN, MapKind, is_map_nam
 from facezip.character.scans import MASK, NEUTRAL
 from facezip.character.surface import FIRST_TILE
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.images import TEXTURE_SUFFIXES
+from facezip.files.opening import TEXTURE_SUFFIXES
 from facezip.files.reading import reading
 
 SETTINGS = "character.toml"

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.decoding import stated_size
-from facezip.files.images import TEXTURE_SUFFIXES, Texels, read_texture, to_float, write_texture
+from facezip.files.images import Texels, read_texture, to_float, write_texture
 from facezip.files.names import MAX_CHARACTERS, first_unusable, printable
 from facezip.files.obj import Topology, read_obj, write_obj
+from facezip.files.opening import TEXTURE_SUFFIXES
 from facezip.files.reading import check_expansion, reading
 from facezip.files.writing import whole_folder
 from facezip.machine import memory

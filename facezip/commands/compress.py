@@ -20,8 +20,8 @@ from facezip.character.surface import Surface
 from facezip.commands import options
 from facezip.commands.layered import compress_layered, layered_lines, parse_map_weights
 from facezip.commands.options import megabytes
-from facezip.files.images import read_values
 from facezip.files.names import printable
+from facezip.files.values import read_values
 from facezip.files.writing import check_target
 from facezip.fit.choice import Choice, choose
 from facezip.fit.methods import METHODS, Settings, check, compress, made_with

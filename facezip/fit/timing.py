@@ -18,7 +18,8 @@ from typing import Any, TypeVar
 from facezip.character.alignment import alignments
 from facezip.character.scans import MASK, NEUTRAL, load_character
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.images import TEXTURE_SUFFIXES, read_texture, read_texture_exactly, write_texture
+from facezip.files.images import read_texture, read_texture_exactly, write_texture
+from facezip.files.opening import TEXTURE_SUFFIXES
 from facezip.fit.methods import compress
 from facezip.machine.conditions import peak_memory
 from facezip.machine.cores import cores

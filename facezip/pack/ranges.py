@@ -5,9 +5,9 @@ import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from facezip.files.decoding import MAX_SIDE
 from facezip.files.names import MAX_CHARACTERS, first_unusable
 from facezip.files.obj import LONGEST_LINE
+from facezip.files.opening import MAX_SIDE
 from facezip.files.reading import MOST_EXPANSION, SPARE
 from facezip.pack.footprint import SLOTS_PER_LAYER
 

@@ -10,7 +10,8 @@ from facezip import read_surface
 from facezip.export import TARGETS
 from facezip.export.shaders import GLSL, HLSL, camel, identifier, number, shader
 from facezip.export.source import read_source
-from facezip.files.images import decode_srgb, read_texture_exactly
+from facezip.files.images import read_texture_exactly
+from facezip.files.srgb import decode_srgb
 from facezip.pack.surface_model import CompressedSurface
 from facezip.pack.version_2 import write_surface
 from tests.facezip.conftest import random_model

@@ -13,7 +13,8 @@ import pytest
 
 from facezip import FaceZipError, compress, load_character, load_surface, save_character, save_surface, write_pack
 from facezip.errors import ErrorCode
-from facezip.files.images import read_values, write_values
+from facezip.files.images import write_values
+from facezip.files.values import read_values
 from facezip.fit.choice import choose
 from facezip.machine import memory
 from facezip.pack.measure import pack_errors
