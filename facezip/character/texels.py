@@ -128,10 +128,11 @@ class _Normals:
         """The channels of x and y, if what all texels are shows that it was not x, y and z; known at the end."""
         if self._facts.colour_channels != 3:
             return None
-        constant, ends = self._extremes.are_constant, self._extremes.are_ends(self._facts)
-        if self._facts.alpha and constant[0] and ends[0] and not constant[3]:
+        at_end = self._extremes.are_at_an_end(self._facts)
+        # No texel of skin looks along x alone: red stands for nothing, and what does not is in alpha.
+        if self._facts.alpha and at_end[0] and not at_end[3]:
             return 3, 1
-        return (0, 1) if constant[2] and ends[2] and not constant[:2].all() else None
+        return (0, 1) if at_end[2] else None
 
     def check(self) -> None:
         """Raise ``BAD_TEXELS`` for the first texel that was no normal, or where most are none."""
@@ -179,10 +180,10 @@ class _Extremes:
         """Whether all texels are alike, by channel."""
         return np.atleast_1d(self._low == self._high)
 
-    def are_ends(self, facts: Facts) -> NDArray[np.bool_]:
-        """Whether they are all 0, or all the largest number, of a channel that is constant."""
+    def are_at_an_end(self, facts: Facts) -> NDArray[np.bool_]:
+        """Whether all of them are 0, or all are the largest number, by channel."""
         whole = 1 if facts.is_float else np.iinfo(facts.type).max
-        return (self._low == 0) | (self._low == whole)
+        return self.are_constant & ((self._low == 0) | (self._low == whole))
 
 
 def states_signs(path: Path) -> bool:

@@ -17,7 +17,7 @@ SRGB_PRIMARIES = ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06), (0.3127, 0.3290))
 NEAR = 2e-3
 # A profile moves no colour by more than a level of eight bits where it is one of the many spellings of sRGB.
 LEVEL = 1 / 255
-# And gammas with two.
+# How they round a gamma of 2.2, as 5/11, 0.45 or 0.46.
 NEAR_GAMMA = 0.05
 # Codes of ITU-T H.273 that are red, green and blue of displays.
 PRIMARIES = (1, 4, 5, 6, 7, 9, 11, 12, 22)
@@ -120,7 +120,7 @@ def of_gamma(exponent: float) -> Transfer | None:
         raise ColourFault(f"of a gamma of {exponent:.3g}")
     if abs(exponent - 2.2) < NEAR_GAMMA:
         return decode_srgb
-    return None if abs(exponent - 1) < NEAR_GAMMA else power(exponent)
+    return None if exponent == 1 else power(exponent)
 
 
 def power(exponent: float) -> Transfer:

@@ -84,7 +84,7 @@ def _read(image: Any, spec: Any, facts: Facts, top: int, bottom: int) -> NDArray
     if spec.tile_width == 0:
         read = image.read_scanlines(*rows, 0, *among, kind)
     else:
-        read = image.read_tiles(spec.x, spec.x + spec.width, *rows, 0, 1, 0, *among, kind)
+        read = image.read_tiles(spec.x, spec.x + spec.width, *rows, 0, 1, *among, kind)
     if read is None:
         raise unreadable(facts.path, reason(image))
     texels = np.asarray(read).reshape(bottom - top, spec.width, -1)

@@ -12,10 +12,8 @@ from numpy.typing import NDArray
 
 from facezip.files.colour_space import ColourFault, ColourSpace, Transfer, power
 
-# sRGB's columns in a profile's own space, XYZ under D50 (Bradford's adaptation).
-SRGB_COLUMNS = np.array(
-    [(0.436028, 0.222478, 0.013926), (0.385101, 0.716897, 0.097092), (0.143091, 0.060624, 0.714191)]
-).T
+# sRGB's columns in a profile's own space, XYZ under D50, as the profile of the ICC has them (sRGB2014).
+SRGB_COLUMNS = np.array([(0.43607, 0.38515, 0.14307), (0.22249, 0.71687, 0.06061), (0.01392, 0.09708, 0.71410)])
 MAX_BYTES = 2**24
 # Curves of real devices miss black and white by less.
 SLACK = 0.05

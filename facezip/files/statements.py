@@ -55,6 +55,8 @@ def _facts(path: Path, image: Any) -> Facts:
     photometric = spec.getattribute("tiff:PhotometricInterpretation")
     _check_model(spec, photometric)
     kind, orientation = _type(spec, layer, is_exr), _orientation(path, spec)
+    if photometric == _WHITE_IS_ZERO and kind.startswith("float"):
+        raise ValueError("it says that white is zero, of floats")
     alpha = _alpha(spec, layer, is_exr)
     rows, columns = spec.full_height, spec.full_width
     return Facts(
