@@ -86,7 +86,10 @@ def of_primaries(name: str, primaries: ArrayLike, transfer: Transfer | None) -> 
     ColourFault
         They span no colours.
     """
-    points = np.asarray(primaries, np.float64).reshape(4, 2)
+    points = np.asarray(primaries, np.float64)
+    if points.size != 8:
+        raise ColourFault(f"of {name}, which are not whole")
+    points = points.reshape(4, 2)
     if np.abs(points - SRGB_PRIMARIES).max() <= NEAR:
         return ColourSpace(name, transfer)
     # It takes a second to be imported, and few files need it.

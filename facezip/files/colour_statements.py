@@ -81,7 +81,7 @@ def _of_tiff(path: Path, spec: Any) -> ColourSpace | None:
     white, primaries = (tags.get(tag) for tag in (WHITE_POINT, PRIMARIES))
     if primaries is None and (white is None or np.abs(np.subtract(white, SRGB_PRIMARIES[3])).max() <= NEAR):
         return None
-    if primaries is None or len(primaries) != 6:
+    if primaries is None:
         raise ColourFault("of another white or other primaries (TIFF's tags 318 and 319), which are not whole")
     transfer = None if str(spec.format) in ("half", "float", "double") else of_gamma(2.2)
     points = [*primaries, *(white or SRGB_PRIMARIES[3])]

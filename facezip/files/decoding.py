@@ -103,7 +103,9 @@ def _divided(bands: Bands, facts: Facts) -> Bands:
         partly = (alpha > whole * LEAST_ALPHA) & (alpha < whole)
         if not facts.is_float and (partly & (colours > alpha + whole * ABOVE_ALPHA)).any():
             raise unreadable(facts.path, "it says that its colours are multiplied by alpha, and some exceed it")
-        divided = colours / np.where(partly, alpha, whole)
+        with np.errstate(all="ignore"):
+            # What is not finite is found by those who ask for numbers.
+            divided = colours / np.where(partly, alpha, whole)
         # Rounding alone takes no colour out of range.
         divided = np.where(partly & (divided < 1 + ROUNDING), np.minimum(divided, 1), divided)
         if not facts.is_float:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.colour_space import LINEAR, SRGB, ColourFault, ColourSpace
 from facezip.files.layers import Layer
+from facezip.files.opening import unreadable
 
 
 @dataclass(frozen=True)
@@ -86,6 +87,8 @@ class Facts:
             raise FaceZipError(
                 ErrorCode.UNREADABLE_IMAGE, f"{self.path}: its colours are {fault}; save it as sRGB in an image editor"
             ) from None
+        except ValueError as fault:
+            raise unreadable(self.path, str(fault)) from None
 
     def applied(self, as_colours: bool) -> tuple[str, ...]:
         """What is done to the numbers because the file says so, in a few words each; nothing for an ordinary file.

@@ -113,7 +113,9 @@ def _parametric(kind: int, numbers: list[float]) -> Transfer:
         c, d, e, f = 0, -b / a, constant, constant
 
     def transfer(values: NDArray[np.float32]) -> NDArray[np.float32]:
-        above = np.power(np.maximum(a * values + b, 0), g) + e
+        # Of a damaged profile it may be beyond all numbers, which is found where curves are checked.
+        with np.errstate(all="ignore"):
+            above = np.power(np.maximum(a * values + b, 0), g) + e
         return np.where(values >= d, above, c * values + f).astype(np.float32)
 
     return transfer

@@ -30,6 +30,7 @@ from facezip import (
 from facezip.character.layout import SETTINGS
 from facezip.files.images import read_texture
 from facezip.files.obj import read_obj
+from facezip.files.values import read_values
 from facezip.pack.manifest import FILE_NAME
 from tests.facezip.conftest import random_character
 from tests.facezip.surfaces import random_surface
@@ -38,6 +39,7 @@ from tests.trust.children import in_child
 from tests.trust.damage import GOLDEN, LAYERED
 from tests.trust.findings import Row
 from tests.trust.mutants import COMPRESSIONS, store_as
+from tests.trust.statements import make_statements
 
 FINDINGS = Path(__file__).parent.parent / "data" / "findings"
 BATCH = 200
@@ -63,6 +65,7 @@ float = true
 # A file of the corpus → the reader that gets it, and the folder in which it stands.
 READERS: dict[str, Callable[[Path], Any]] = {
     "image": read_texture,
+    "image of numbers": read_values,
     "mesh": read_obj,
     "pack": lambda file: read_pack(file.parent),
     "signed pack": lambda file: read_signed(file),
@@ -90,6 +93,7 @@ def make_corpus(work: Path) -> dict[str, list[Path]]:
             save_character(random_character(side=16, grid=3, expressions=2), folder)
             store_as(folder / "neutral.png", suffix, kind)
             images.append(folder / f"neutral{suffix}")
+    images += make_statements(work / "image")
     save_character(random_character(side=16, grid=3, expressions=2), work / "character")
     (work / "glb").mkdir()
     shutil.copytree(GOLDEN, work / "pack")
@@ -102,6 +106,7 @@ def make_corpus(work: Path) -> dict[str, list[Path]]:
     return {
         "glb": [work / "glb" / "sheet.glb"],
         "image": images,
+        "image of numbers": images,
         "mesh": [file for file in character if file.suffix == ".obj"],
         "pack": [work / "pack" / FILE_NAME, *sorted((work / "pack").glob("*.png"))[:3]],
         "signed pack": [work / golden.parent.name / FILE_NAME for golden in (GOLDEN, LAYERED)],
