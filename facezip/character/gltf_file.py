@@ -149,7 +149,8 @@ class _Textures:
             file = Path(folder) / f"image{suffix}"
             file.write_bytes(self._glb.view(image["bufferView"]))
             try:
-                return read_texture(file, into)
+                # glTF states what its images' numbers are (2.0, section 3.8.3): they do not.
+                return read_texture(file, into, ignores_space=True)
             except FaceZipError as error:
                 raise FaceZipError(error.code, f"{self._path}: image {index}{str(error)[len(str(file)) :]}") from None
 

@@ -12,7 +12,7 @@ from facezip.character.maps import MAX_SLOPE
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.bands import Bands, sliced
 from facezip.files.colours import check_range, colour_bands, finite, narrow
-from facezip.files.decoding import decoded_bands
+from facezip.files.decoding import decoded_bands, decoding
 from facezip.files.facts import Facts
 from facezip.files.statements import stated
 from facezip.machine.rows import BLOCK
@@ -31,8 +31,8 @@ def value_rows(path: Path, how: MapFiles) -> Bands:
     Raises
     ------
     FaceZipError
-        What :func:`facezip.files.colours.colour_bands` raises, for data as well; ``BAD_TEXELS`` for data whose channels
-        differ.
+        What :func:`facezip.files.colours.colour_bands` raises, but for spaces of data; ``BAD_TEXELS`` for data whose
+        channels differ.
     """
     if how.kind.encoding == "srgb":
         yield from colour_bands(path, how.keeps_floats)
@@ -41,18 +41,19 @@ def value_rows(path: Path, how: MapFiles) -> Bands:
 
 
 def _data_rows(path: Path, keeps_floats: bool) -> Bands:
-    facts, colours, alpha = stated(path), _Extremes(), _Extremes()
+    colours, alpha = _Extremes(), _Extremes()
     low, high = np.inf, -np.inf
-    for top, height, band in sliced(decoded_bands(path), BLOCK):
-        stored = _one_channel(path, facts.without_alpha(band))
-        colours.add(stored)
-        alpha.add(band[:, :, facts.colour_channels :])
-        if not facts.is_float:
-            yield top, height, narrow(stored)
-            continue
-        values = finite(path, top, stored)
-        low, high = min(low, float(values.min())), max(high, float(values.max()))
-        yield top, height, values
+    with decoding(path) as (facts, bands):
+        for top, height, band in sliced(bands, BLOCK):
+            stored = _one_channel(path, facts.without_alpha(band))
+            colours.add(stored)
+            alpha.add(band[:, :, facts.colour_channels :])
+            if not facts.is_float:
+                yield top, height, narrow(stored)
+                continue
+            values = finite(path, top, stored)
+            low, high = min(low, float(values.min())), max(high, float(values.max()))
+            yield top, height, values
     if not keeps_floats and facts.is_float:
         check_range(path, low, high)
     if facts.alpha and colours.are_constant.all() and not alpha.are_constant.all():

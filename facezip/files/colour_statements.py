@@ -1,6 +1,7 @@
 """Where each kind of image file says of which colour space its numbers are."""
 
 import struct
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,7 @@ from facezip.files.colour_space import (
     of_rgb_space,
 )
 from facezip.files.icc import MAX_BYTES, profile_space
-from facezip.files.png_statements import chunks, png_space
+from facezip.files.png_statements import png_space
 from facezip.files.tiff_tags import PRIMARIES, TRANSFER_FUNCTION, WHITE_POINT, file_tags
 
 # Exif's colour spaces that are not sRGB, and what a camera that means Adobe RGB adds (DCF 2.0).
@@ -29,7 +30,7 @@ _NOT_SRGB, _INTEROPERABILITY, _ADOBE_RGB, _ADOBE_GAMMA = (2, 65535), 0xA005, "R0
 _CALIBRATED, _EMBEDDED, _LINKED = bytes(4), b"DEBM", b"KNIL"
 
 
-def stated_space(path: Path, spec: Any, channels: int) -> ColourSpace | None:
+def stated_space(path: Path, spec: Any, channels: int, found: Mapping[bytes, bytes]) -> ColourSpace | None:
     """The colour space that an image states; None where it states none.
 
     Parameters
@@ -37,6 +38,7 @@ def stated_space(path: Path, spec: Any, channels: int) -> ColourSpace | None:
     path : the file.
     spec : what OpenImageIO says of it.
     channels : how many of its channels are colours.
+    found : the chunks of a PNG.
 
     Raises
     ------
@@ -45,7 +47,7 @@ def stated_space(path: Path, spec: Any, channels: int) -> ColourSpace | None:
     """
     suffix, profile = path.suffix.lower(), _profile(spec)
     if suffix == ".png":
-        return png_space(chunks(path), profile, channels)
+        return png_space(found, profile, channels)
     if suffix == ".exr":
         return _of_exr(spec, profile, channels)
     if suffix == ".bmp":

@@ -8,11 +8,10 @@ from numpy.typing import NDArray
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.bands import Bands, sliced
-from facezip.files.colour_space import ColourSpace
-from facezip.files.decoding import decoded_bands
+from facezip.files.colour_space import SRGB, ColourSpace
+from facezip.files.decoding import decoding
 from facezip.files.facts import Facts
 from facezip.files.srgb import encode_srgb
-from facezip.files.statements import stated
 from facezip.machine.rows import BLOCK
 
 # Larger is damage, whatever a map holds.
@@ -21,7 +20,7 @@ LARGEST = 1e6
 OUTSIDE, SHARE = 4 / 255, 0.01
 
 
-def colour_bands(path: Path, keeps_range: bool = False) -> Bands:
+def colour_bands(path: Path, keeps_range: bool = False, ignores_space: bool = False) -> Bands:
     """The bands of an image of colours, converted to sRGB and encoded, without alpha.
 
     Integers stay of their type (32 bits become 16), and unchanged where they are of sRGB; floats become float32.
@@ -30,6 +29,7 @@ def colour_bands(path: Path, keeps_range: bool = False) -> Bands:
     ----------
     path : the file.
     keeps_range : whether floats outside of [0, 1] are kept, instead of refused.
+    ignores_space : whether its numbers are sRGB whatever it states, as those of images in glTF are.
 
     Raises
     ------
@@ -37,15 +37,15 @@ def colour_bands(path: Path, keeps_range: bool = False) -> Bands:
         What :func:`facezip.files.decoding.decode` raises; ``UNREADABLE_IMAGE`` for colours that cannot be converted;
         ``BAD_TEXELS`` for NaN, infinite or huge values, values outside of [0, 1], or many colours outside of sRGB.
     """
-    facts = stated(path)
-    space = facts.colour_space
-    if facts.colour_channels == 2:
-        raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: two channels; colours are grey or red, green and blue")
-    if not facts.is_float and space.is_srgb:
-        for top, height, band in decoded_bands(path):
+    with decoding(path) as (facts, bands):
+        space = SRGB if ignores_space else facts.colour_space
+        if facts.colour_channels == 2:
+            raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: two channels; colours are grey or red, green and blue")
+        if facts.is_float or not space.is_srgb:
+            yield from _Conversion(facts, space, keeps_range).of(bands)
+            return
+        for top, height, band in bands:
             yield top, height, narrow(facts.without_alpha(band))
-        return
-    yield from _Conversion(facts, space, keeps_range).bands()
 
 
 class _Conversion:
@@ -58,8 +58,8 @@ class _Conversion:
         self._outside, self._low, self._high = 0, np.inf, -np.inf
         self._light: NDArray[np.float32] | None = None
 
-    def bands(self) -> Bands:
-        for top, height, band in sliced(decoded_bands(self._facts.path), BLOCK):
+    def of(self, bands: Bands) -> Bands:
+        for top, height, band in sliced(bands, BLOCK):
             stored = narrow(self._facts.without_alpha(band))
             yield top, height, self._of_floats(top, stored) if self._facts.is_float else self._of_integers(stored)
         self._check_range()

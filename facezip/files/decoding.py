@@ -5,6 +5,8 @@ and colours that were multiplied by alpha are divided by it. Of which colour spa
 (:mod:`facezip.files.colours`).
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -48,17 +50,24 @@ def decode(path: Path, expected: tuple[int, ...] | None = None, into: NDArray[An
 
 def decoded_bands(path: Path, expected: tuple[int, ...] | None = None) -> Bands:
     """An image a band at a time: its first row, the rows of the image, and its texels; raises as :func:`decode`."""
-    with opened(path) as image:
-        facts = facts_of(path, image)
+    with decoding(path) as (facts, bands):
         shape = (*facts.size, len(facts.channels))
         if expected is not None and shape != expected:
             raise unreadable(path, f"{shape[1]}x{shape[0]}, {shape[2]} channels; expected {expected}")
+        yield from bands
+
+
+@contextmanager
+def decoding(path: Path) -> Iterator[tuple[Facts, Bands]]:
+    """What an image states, and its bands (:func:`decoded_bands`), while it is open; raises as :func:`decode`."""
+    with opened(path) as image:
+        facts = facts_of(path, image)
         bands = _stored(image, facts)
         if facts.alpha == "associated":
             bands = _divided(bands, facts)
         if facts.window is not None:
             bands = placed(bands, facts.window, facts.size[::-1] if facts.is_turned else facts.size)
-        yield from upright(bands, facts.orientation)
+        yield facts, upright(bands, facts.orientation)
 
 
 def stated_size(path: Path) -> tuple[int, int, int]:

@@ -11,6 +11,10 @@ _CHROMA = ("RY", "BY")
 _DEPTH = ("Z", "ZBACK")
 
 
+# Of a message that lists channels.
+LONGEST = 300
+
+
 class LayerFault(Exception):
     """Why no channels can be chosen, in words that follow the file's name."""
 
@@ -51,8 +55,8 @@ def chosen_layer(parts: Sequence[tuple[str, Sequence[str]]]) -> Layer:
     for candidates in (plain, flat, layers):
         if len(candidates) == 1:
             return candidates[0]
-    known = "; ".join(f"{f'part {part}: ' if part else ''}{' '.join(names)[:200]}" for part, names in parts)
-    raise LayerFault(f"several of its channels may be meant ({known})")
+    known = "; ".join(f"{f'part {part}: ' if part else ''}{' '.join(names)}" for part, names in parts)
+    raise LayerFault(f"several of its channels may be meant ({known[:LONGEST]})")
 
 
 def _is_depth(layer: Layer, names: Sequence[str]) -> bool:

@@ -25,13 +25,14 @@ def chunks(path: Path) -> dict[bytes, bytes]:
     """The start of the first chunk of each kind that states something; of those on colour, only before the pixels."""
     found: dict[bytes, bytes] = {}
     pixels = False
-    with open(path, "rb") as file:
+    # Pixels lie in thousands of chunks, of which a buffer would read more than is asked for.
+    with open(path, "rb", buffering=0) as file:
         file.seek(8)
-        while len(head := file.read(8)) == 8:
+        while len(head := file.read(8) or b"") == 8:
             length, kind = struct.unpack(">I4s", head)
             pixels = pixels or kind == b"IDAT"
             if kind in WANTED and kind not in found and (kind == b"eXIf" or not pixels):
-                found[kind] = file.read(min(length, MOST))
+                found[kind] = file.read(min(length, MOST)) or b""
                 length -= len(found[kind])
             file.seek(length + 4, 1)
     return found

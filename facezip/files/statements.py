@@ -1,5 +1,6 @@
 """From a file's header to what it states (:class:`facezip.files.facts.Facts`), or the refusal of what it is."""
 
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -46,6 +47,7 @@ def facts_of(path: Path, image: Any) -> Facts:
 
 def _facts(path: Path, image: Any) -> Facts:
     is_exr = path.suffix.lower() == ".exr"
+    found = chunks(path) if path.suffix.lower() == ".png" else {}
     parts = _parts(image) if is_exr else [("", image.spec().channelnames)]
     layer = chosen_layer(parts) if is_exr else _first_channels(image.spec())
     _check_pages(image)
@@ -54,7 +56,7 @@ def _facts(path: Path, image: Any) -> Facts:
     check_claims(path, spec)
     photometric = spec.getattribute("tiff:PhotometricInterpretation")
     _check_model(spec, photometric)
-    kind, orientation = _type(spec, layer, is_exr), _orientation(path, spec)
+    kind, orientation = _type(spec, layer, is_exr), _orientation(spec, found)
     if photometric == _WHITE_IS_ZERO and kind.startswith("float"):
         raise ValueError("it says that white is zero, of floats")
     alpha = _alpha(spec, layer, is_exr)
@@ -70,7 +72,7 @@ def _facts(path: Path, image: Any) -> Facts:
         layer=layer,
         white_is_zero=photometric == _WHITE_IS_ZERO and kind in ("uint16", "uint32"),
         left_out=_left_out(parts, layer),
-        stated_space=partial(stated_space, path, spec, len(layer.channels) - bool(alpha)),
+        stated_space=partial(stated_space, path, spec, len(layer.channels) - bool(alpha), found),
     )
 
 
@@ -81,6 +83,8 @@ def _parts(image: Any) -> list[tuple[str, tuple[str, ...]]]:
         spec = image.spec()
         parts.append((str(spec.getattribute("name") or ""), spec.channelnames))
     image.geterror()
+    if len(parts) == MAX_PARTS:
+        raise ValueError(f"it has {MAX_PARTS} parts or more")
     return parts
 
 
@@ -101,10 +105,11 @@ def _alpha(spec: Any, layer: Layer, is_exr: bool) -> str:
         return "associated"
     if layer.channels[-1] != spec.alpha_channel:
         return "unspecified"
-    stated_so = spec.getattribute("tiff:PhotometricInterpretation") is not None and not spec.getattribute(
-        "oiio:UnassociatedAlpha"
-    )
-    return "associated" if stated_so or spec.getattribute("targa:alpha_type") == _PREMULTIPLIED else "unassociated"
+    if spec.getattribute("tiff:PhotometricInterpretation") is None:
+        multiplied = spec.getattribute("targa:alpha_type") == _PREMULTIPLIED
+    else:
+        multiplied = not spec.getattribute("oiio:UnassociatedAlpha")
+    return "associated" if multiplied else "unassociated"
 
 
 def _check_pages(image: Any) -> None:
@@ -138,13 +143,12 @@ def _type(spec: Any, layer: Layer, is_exr: bool) -> str:
     return _TYPES[kind]
 
 
-def _orientation(path: Path, spec: Any) -> int:
-    found = spec.getattribute("Orientation")
-    if found is None and path.suffix.lower() == ".png":
-        # Exif may stand behind the pixels, where OpenImageIO does not look for it.
-        exif = chunks(path).get(b"eXIf")
-        found = exif_tags(exif).get(ORIENTATION, (1,))[0] if exif else 1
-    return int(found) if found is not None and 1 <= int(found) <= 8 else 1
+def _orientation(spec: Any, found: Mapping[bytes, bytes]) -> int:
+    stated_one = spec.getattribute("Orientation")
+    if stated_one is None and b"eXIf" in found:
+        # It may stand behind the pixels, where OpenImageIO does not look for it.
+        stated_one = next(iter(exif_tags(found[b"eXIf"]).get(ORIENTATION, ())), None)
+    return int(stated_one) if stated_one in range(1, 9) else 1
 
 
 def _window(spec: Any, is_exr: bool) -> Window | None:

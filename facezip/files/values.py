@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.decoding import decode
+from facezip.files.bands import filled
+from facezip.files.decoding import decoding
 from facezip.files.facts import Facts
-from facezip.files.statements import stated
 from facezip.machine.rows import by_rows, map_rows
 
 # Of the largest number: what a lossy compression may turn one grey, or three equal channels, into.
@@ -39,7 +39,8 @@ def read_values(path: Path) -> NDArray[np.float32]:
         What :func:`facezip.files.decoding.decode` raises; ``BAD_TEXELS`` for values that are negative or not finite,
         and where channels differ, so that one of them would have to be guessed.
     """
-    facts, texels = stated(path), decode(path)
+    with decoding(path) as (facts, bands):
+        texels = filled(bands)
     if not all(map_rows(lambda top, bottom: _are_values(texels[top:bottom]), len(texels))):
         raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: negative or not finite values; paint or export them again")
     whole = np.float32(1 if facts.is_float else np.iinfo(texels.dtype).max)

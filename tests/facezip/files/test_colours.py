@@ -222,3 +222,13 @@ def test_ranges_are_kept_through_primaries(tmp_path):
     np.testing.assert_allclose(kept, encode_srgb(meant), atol=2e-3)
     with pytest.raises(FaceZipError, match="-0.5 to 2"):
         read_texture(tmp_path / "a.exr")
+
+
+def test_numbers_of_an_image_in_gltf_are_srgb_whatever_it_states(tmp_path):
+    texels = RNG.integers(0, 256, (6, 7, 3)).astype(np.uint8)
+    for name, content in {
+        "gamma.png": stored.png(texels, [stored.gama(1)]),
+        "black.png": UNCERTAIN["black.png"][0],
+    }.items():
+        (tmp_path / name).write_bytes(content)
+        np.testing.assert_array_equal(read_texture(tmp_path / name, ignores_space=True), decode(tmp_path / name))
