@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.scans import Character
-from facezip.files.images import decode_srgb
+from facezip.files.srgb import decode_srgb
 from facezip.machine.progress import track
 from render.llvm import start
 from render.mesh import HeadMesh

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.scans import Character
-from facezip.files.images import decode_srgb
+from facezip.files.srgb import decode_srgb
 from facezip.machine.progress import task
 from render.operator import ImageOperator, image_operator
 from render.paired import PairedRenderer
@@ -125,13 +125,13 @@ def rgb(encoded: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _decode_slope(encoded: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Derivative of :func:`facezip.files.images.decode_srgb`."""
+    """Derivative of :func:`facezip.files.srgb.decode_srgb`."""
     high = 2.4 / 1.055 * np.power((np.maximum(encoded, 0.04045) + 0.055) / 1.055, 1.4)
     return np.where(encoded <= 0.04045, 1 / 12.92, high).astype(np.float32)
 
 
 def _encode_slope(linear: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Derivative of what a display shows: of clipping to [0, 1] and :func:`facezip.files.images.encode_srgb`."""
+    """Derivative of what a display shows: of clipping to [0, 1] and :func:`facezip.files.srgb.encode_srgb`."""
     high = 1.055 / 2.4 * np.power(np.maximum(linear, 0.0031308), 1 / 2.4 - 1)
     slope = np.where(linear <= 0.0031308, 12.92, high)
     return np.where((linear < 0) | (linear > 1), 0, slope).astype(np.float32)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
-from facezip.files.images import encode_srgb
+from facezip.files.srgb import encode_srgb
 from render.colour import Colours, delta_e_2000, to_lab
 from render.flip import Seen, flip, seen
 

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.files.images import decode_srgb
 from facezip.files.obj import Topology
+from facezip.files.srgb import decode_srgb
 from render.lighting import Lights
 from render.llvm import start
 from render.mesh import HeadMesh

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.files.images import decode_srgb
+from facezip.files.srgb import decode_srgb
 from render.llvm import start
 from render.paired import upload
 from scenes.materials import MATERIALS, bumpy

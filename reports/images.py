@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.decoding import opened, reason
-from facezip.files.images import decode_srgb, encode_srgb
+from facezip.files.opening import opened, reason
+from facezip.files.srgb import decode_srgb, encode_srgb
 
 # What stands behind a head, encoded: a dark neutral that belongs to no side of a colour judgement.
 BACKDROP = (24, 25, 27)

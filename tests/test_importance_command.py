@@ -7,7 +7,8 @@ import pytest
 
 from facezip.character.loading import load_character, save_character
 from facezip.errors import ExitCode
-from facezip.files.images import read_values, write_texture, write_values
+from facezip.files.images import write_texture, write_values
+from facezip.files.values import read_values
 from scenes.character import make_character
 from tests.test_cli import run
 

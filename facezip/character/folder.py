@@ -18,10 +18,12 @@ from facezip.character.scans import NEUTRAL, Character, Stack, check_names
 from facezip.character.texels import normal_rows, states_signs, value_rows
 from facezip.character.tiles import FIRST_TILE, shifted
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.decoding import filled, stated_size
-from facezip.files.images import Texels, read_texture, to_float, write_texture, write_values
+from facezip.files.bands import filled
+from facezip.files.decoding import stated_size
+from facezip.files.images import Texels, to_float, write_texture, write_values
 from facezip.files.obj import read_obj, write_obj
 from facezip.files.reading import check_expansion
+from facezip.files.values import read_mask
 from facezip.files.writing import whole_folder
 from facezip.machine import memory
 from facezip.machine.cores import cores
@@ -167,15 +169,15 @@ class _Loading:
         path = self._layout.masks.get(tile)
         if path is None:
             return None
-        texels = read_texture(path)
-        if how.kind.name != ALBEDO and texels.shape[:2] != size:
+        mask = read_mask(path)
+        if how.kind.name != ALBEDO and mask.shape != size:
             # The mask has the albedo's size; other maps may be finer or coarser.
-            texels = _resized(texels, size)
-        if len(self._layout.tiles) > 1 and not texels.any():
+            mask = _resized(mask, size)
+        if len(self._layout.tiles) > 1 and not mask.any():
             # One of several tiles, such as that of the back of the head, need not show any of the face.
             blank: NDArray[np.float32] = memory.zeros(size, np.float32)
             return blank
-        return mask_of(texels, size, path)
+        return checked_mask(mask, size, path)
 
     def _seen(self, tile: int, size: tuple[int, int]) -> NDArray[np.bool_]:
         """Texels on the mesh, within the mask."""
@@ -183,8 +185,8 @@ class _Loading:
         path = self._layout.masks.get(tile)
         if path is None:
             return on_mesh
-        mask = _resized(read_texture(path), size)
-        return by_rows(lambda rows: on_mesh[rows] & (mask[rows, :, 0] > 0), size, np.bool_)
+        mask = _resized(read_mask(path), size)
+        return by_rows(lambda rows: on_mesh[rows] & (mask[rows] > 0), size, np.bool_)
 
 
 def words_for(texture: Texels) -> str:
@@ -193,15 +195,14 @@ def words_for(texture: Texels) -> str:
     return f"{width}x{height} with {channels} channel(s) of {texture.dtype}"
 
 
-def mask_of(texels: Texels, size: tuple[int, ...], path: Path) -> NDArray[np.float32]:
-    """The face region ``(H, W)`` that an image at ``path`` says: of the textures' size, and not black everywhere."""
-    mask = to_float(texels[:, :, 0])
+def checked_mask(mask: NDArray[np.float32], size: tuple[int, ...], path: Path) -> NDArray[np.float32]:
+    """The face region ``(H, W)`` of an image at ``path``, if it has the textures' size and is not black everywhere."""
     if mask.shape != size:
         raise FaceZipError(
             ErrorCode.SIZE_MISMATCH,
             f"{path}: {mask.shape[1]}x{mask.shape[0]}, the textures differ; resize the mask",
         )
-    if texels[:, :, 0].max() == 0:
+    if mask.max() == 0:
         raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: the mask is black everywhere; paint the face region white")
     return mask
 
@@ -226,10 +227,10 @@ def _check_sizes(layout: Layout) -> None:
     memory.check(row)
 
 
-def _resized(mask: Texels, size: tuple[int, ...]) -> Texels:
+def _resized(mask: NDArray[np.float32], size: tuple[int, ...]) -> NDArray[np.float32]:
     """The nearest texels of a mask."""
-    down, across = (np.arange(to) * of // to for to, of in zip(size, mask.shape, strict=False))
-    return by_rows(lambda rows: mask[down[rows]][:, across], (*size, mask.shape[2]), mask.dtype)
+    down, across = (np.arange(to) * of // to for to, of in zip(size, mask.shape, strict=True))
+    return by_rows(lambda rows: mask[down[rows]][:, across], size, np.float32)
 
 
 def _extent(stack: Stack) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from facezip.character.folder import SPARE, mask_of, words_for
+from facezip.character.folder import SPARE, checked_mask, words_for
 from facezip.character.gltf import CLAMPED, add_mesh, skin, start
 from facezip.character.gltf_mesh import ScannedMesh, read_mesh
 from facezip.character.layout import MASK, texture_path
@@ -21,7 +21,7 @@ from facezip.character.scans import NEUTRAL, Character, Stack, check_names
 from facezip.character.tiles import FIRST_TILE
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.glb import Glb, GlbFault
-from facezip.files.images import Texels, png, read_texture
+from facezip.files.images import Texels, png, read_texture, to_float
 from facezip.files.reading import check_expansion
 from facezip.files.writing import write_whole
 from facezip.machine import memory
@@ -154,7 +154,8 @@ class _Textures:
             file = Path(folder) / f"image{suffix}"
             file.write_bytes(self._glb.view(image["bufferView"]))
             try:
-                return read_texture(file, into)
+                # glTF states what its images' numbers are (2.0, section 3.8.3): they do not.
+                return read_texture(file, into, ignores_space=True)
             except FaceZipError as error:
                 raise FaceZipError(error.code, f"{self._path}: image {index}{str(error)[len(str(file)) :]}") from None
 
@@ -182,7 +183,7 @@ def _character(path: Path, mesh: ScannedMesh, images: _Textures) -> Character:
                 "export both alike",
             )
     mask = images.find(MASK)
-    region = None if mask is None else mask_of(mask, neutral.shape[:2], path)
+    region = None if mask is None else checked_mask(to_float(mask[:, :, 0]), neutral.shape[:2], path)
     stacks = {(ALBEDO, FIRST_TILE): Stack(neutral, textures, region)}
     meshes = Meshes(mesh.topology, mesh.neutral, mesh.vertices)
     return Character(printable(path.stem), mesh.names, meshes, (KNOWN[ALBEDO],), stacks)

@@ -12,7 +12,7 @@ from facezip.character.maps import ALBEDO, ENCODINGS, KNOWN, Map, is_map_name
 from facezip.character.scans import NEUTRAL
 from facezip.character.tiles import FIRST_TILE
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.images import TEXTURE_SUFFIXES
+from facezip.files.opening import TEXTURE_SUFFIXES
 from facezip.files.reading import reading
 
 SETTINGS = "character.toml"

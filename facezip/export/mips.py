@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from facezip.export.sheets import Fill, Sheet
-from facezip.files.images import decode_srgb, encode_srgb
+from facezip.files.srgb import decode_srgb, encode_srgb
 from facezip.machine.progress import track
 
 # The finest step of 16 bits, in which the targets of the fit are kept.

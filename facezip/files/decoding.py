@@ -1,7 +1,12 @@
-"""One image file, decoded only after what it claims about itself has been found possible."""
+"""One image file a band of rows at a time: its texels, where and as the file states that they are meant.
 
-from collections.abc import Generator, Iterator
-from contextlib import closing, contextmanager
+Channels are those of the layer that counts, rows and columns lie as the orientation says and within the display window,
+and colours that were multiplied by alpha are divided by it. Of which colour space they are is another question
+(:mod:`facezip.files.colours`).
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -9,36 +14,30 @@ import numpy as np
 import OpenImageIO as oiio
 from numpy.typing import NDArray
 
-from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.muting import muted_stderr
-from facezip.files.reading import check_expansion, reading
-from facezip.machine import memory
+from facezip.files.bands import BAND, Bands, filled, placed, sliced, upright
+from facezip.files.facts import Facts
+from facezip.files.opening import opened, reason, unreadable
+from facezip.files.statements import facts_of, stated
+from facezip.machine.rows import BLOCK
 
-MAX_SIDE = 16384
-# Rows that are decoded and encoded at a time: whole blocks of every compression of OpenEXR.
-BAND = 256
-# How each kind of file begins. A library that guesses would try its forty other readers on hostile bytes.
-_MAGIC = {
-    ".png": (b"\x89PNG\r\n\x1a\n",),
-    ".exr": (b"v/1\x01",),
-    ".tif": (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"),
-    ".jpg": (b"\xff\xd8\xff",),
+# Of the largest number: what rounding, or a lossy compression, may leave a colour above its alpha.
+ABOVE_ALPHA = 1 / 64
+# Of half floats: what rounding may add to a quotient, and the alpha below which they have no digits left for colours.
+ROUNDING, LEAST_ALPHA = 2**-9, 2**-14
+
+_TYPES = {
+    **{"uint8": oiio.UINT8, "uint16": oiio.UINT16, "uint32": oiio.UINT32},
+    **{"float16": oiio.HALF, "float32": oiio.FLOAT, "float64": oiio.DOUBLE},
 }
-_MAGIC |= {".tiff": _MAGIC[".tif"], ".jpeg": _MAGIC[".jpg"]}
-# For each band of an image its first row, the rows of the image, and its texels.
-Bands = Generator[tuple[int, int, NDArray[Any]], None, None]
-
-_TYPES = ("uint8", "uint16", "uint32", "float16", "float32", "float64")
-
-oiio.attribute("try_all_readers", 0)
 
 
 def decode(path: Path, expected: tuple[int, ...] | None = None, into: NDArray[Any] | None = None) -> NDArray[Any]:
-    """Texels ``(H, W, C)`` as they are stored, alpha unassociated; where given, their shape must be ``expected``.
+    """Texels ``(H, W, C)`` of the stored type, alpha last and unassociated.
 
     Parameters
     ----------
-    path, expected : which image.
+    path : which image.
+    expected : the shape that it must have; None for any.
     into : filled and returned where it has the image's shape and type; otherwise there is a new array.
 
     Raises
@@ -49,104 +48,75 @@ def decode(path: Path, expected: tuple[int, ...] | None = None, into: NDArray[An
     return filled(decoded_bands(path, expected), into)
 
 
-def filled(bands: Bands, into: NDArray[Any] | None = None) -> NDArray[Any]:
-    """The image that bands (:func:`decoded_bands`) make; ``into`` as in :func:`decode`."""
-    out = into
-    # Closed at once even where Ctrl-C ends it: an open image keeps the terminal from saying so.
-    with closing(bands):
-        for top, height, band in bands:
-            if out is None or out.shape != (height, *band.shape[1:]) or out.dtype != band.dtype:
-                out = memory.empty((height, *band.shape[1:]), band.dtype)
-            out[top : top + len(band)] = band
-            memory.ease()
-    if out is None:
-        raise ValueError("an image has at least one row")
-    return out
-
-
 def decoded_bands(path: Path, expected: tuple[int, ...] | None = None) -> Bands:
     """An image a band at a time: its first row, the rows of the image, and its texels; raises as :func:`decode`."""
+    with decoding(path) as (facts, bands):
+        shape = (*facts.size, len(facts.channels))
+        if expected is not None and shape != expected:
+            raise unreadable(path, f"{shape[1]}x{shape[0]}, {shape[2]} channels; expected {expected}")
+        yield from bands
+
+
+@contextmanager
+def decoding(path: Path) -> Iterator[tuple[Facts, Bands]]:
+    """What an image states, and its bands (:func:`decoded_bands`), while it is open; raises as :func:`decode`."""
     with opened(path) as image:
-        spec = image.spec()
-        if expected is not None and (spec.height, spec.width, spec.nchannels) != expected:
-            raise unreadable(path, f"{spec.width}x{spec.height}, {spec.nchannels} channels; expected {expected}")
-        rows = max(BAND // max(spec.tile_height, 1), 1) * max(spec.tile_height, 1)
-        for top in range(0, spec.height, rows):
-            band = _read(image, top, min(top + rows, spec.height))
-            if band is None:
-                raise unreadable(path, reason(image))
-            if band.dtype.name not in _TYPES:
-                raise unreadable(path, f"holds {band.dtype}")
-            yield top, spec.height, np.asarray(band).reshape(-1, spec.width, spec.nchannels)
-
-
-def _read(image: Any, top: int, bottom: int) -> Any:
-    """Rows of an open image, None where that fails."""
-    spec = image.spec()
-    origin, left, channels = spec.y, spec.x, spec.nchannels
-    rows = origin + top, origin + bottom
-    if spec.tile_width == 0:
-        return image.read_scanlines(*rows, 0, 0, channels, oiio.UNKNOWN)
-    return image.read_tiles(left, left + spec.width, *rows, 0, 1, 0, channels, oiio.UNKNOWN)
+        facts = facts_of(path, image)
+        bands = _stored(image, facts)
+        if facts.alpha == "associated":
+            bands = _divided(bands, facts)
+        if facts.window is not None:
+            bands = placed(bands, facts.window, facts.size[::-1] if facts.is_turned else facts.size)
+        yield facts, upright(bands, facts.orientation)
 
 
 def stated_size(path: Path) -> tuple[int, int, int]:
     """Rows, columns, and bytes of all texels, by the header alone; raises as :func:`decode`."""
-    with opened(path) as image:
-        spec = image.spec()
-        return spec.height, spec.width, spec.image_bytes(True)
+    facts = stated(path)
+    height, width = facts.size
+    return height, width, height * width * len(facts.channels) * np.dtype(facts.type).itemsize
 
 
-@contextmanager
-def opened(path: Path) -> Iterator[Any]:
-    """An ``OpenImageIO.ImageInput`` whose header is read and possible; raises as :func:`decode`."""
-    config = oiio.ImageSpec()
-    config.attribute("oiio:UnassociatedAlpha", 1)
-    with reading(path), muted_stderr:
-        _check_kind(path)
-        image = oiio.ImageInput.open(str(path), config)
-        if image is None:
-            raise unreadable(path, reason(oiio))
-        try:
-            _check_claims(path, image.spec())
-            yield image
-        finally:
-            image.close()
+def _stored(image: Any, facts: Facts) -> Bands:
+    """Bands as rows and columns are stored."""
+    spec = image.spec()
+    rows = max(BAND // max(spec.tile_height, 1), 1) * max(spec.tile_height, 1)
+    for top in range(0, spec.height, rows):
+        band = _read(image, spec, facts, top, min(top + rows, spec.height))
+        yield top, spec.height, np.iinfo(band.dtype).max - band if facts.white_is_zero else band
 
 
-def _check_kind(path: Path) -> None:
-    if not path.is_file():
-        raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such texture; add the file or remove its mesh")
-    with open(path, "rb") as file:
-        start = file.read(8)
-    if not start.startswith(_MAGIC.get(path.suffix.lower(), ())):
-        kinds = [suffix[1:] for suffix, magic in _MAGIC.items() if start.startswith(magic)]
-        inside = f"holds {kinds[0]}" if kinds else "holds no PNG, TIFF, JPEG or OpenEXR"
-        raise unreadable(path, f"{inside}; its name says {path.suffix.lower() or 'nothing'}")
+def _read(image: Any, spec: Any, facts: Facts, top: int, bottom: int) -> NDArray[Any]:
+    channels = facts.layer.channels
+    rows, among = (spec.y + top, spec.y + bottom), (min(channels), max(channels) + 1)
+    kind = _TYPES[facts.type]
+    if spec.tile_width == 0:
+        read = image.read_scanlines(*rows, 0, *among, kind)
+    else:
+        read = image.read_tiles(spec.x, spec.x + spec.width, *rows, 0, 1, *among, kind)
+    if read is None:
+        raise unreadable(facts.path, reason(image))
+    texels = np.asarray(read).reshape(bottom - top, spec.width, -1)
+    wanted = [channel - among[0] for channel in channels]
+    return texels if wanted == [*range(texels.shape[2])] else texels[:, :, wanted]
 
 
-def _check_claims(path: Path, spec: Any) -> None:
-    sides = spec.width, spec.height, spec.tile_width, spec.tile_height
-    if min(sides[:2]) < 1 or max(sides) > MAX_SIDE or not 1 <= spec.nchannels <= 4 or spec.depth > 1 or spec.deep:
-        raise FaceZipError(
-            ErrorCode.TOO_LARGE,
-            f"{path}: {spec.width}x{spec.height}, {spec.nchannels} channels; 1 to {MAX_SIDE} texels a side and 1 to 4 "
-            "channels are read, export it smaller",
-        )
-    tile = max(1, spec.tile_width) * max(1, spec.tile_height)
-    decoded = max(spec.width * spec.height, tile) * spec.pixel_bytes(True)
-    check_expansion(path, decoded, path.stat().st_size)
-
-
-def unreadable(path: Path, why: str) -> FaceZipError:
-    """The error for a file that is no image of ours."""
-    return FaceZipError(ErrorCode.UNREADABLE_IMAGE, f"{path}: not a readable image ({why}); export it again")
-
-
-def reason(source: Any) -> str:
-    """The first line of what OpenImageIO, or one of its images, says; it may quote bytes of a hostile file."""
-    try:
-        text: str = source.geterror()
-    except UnicodeDecodeError:
-        return "its header is damaged"
-    return (text.splitlines() or ["no reason given"])[0].strip()
+def _divided(bands: Bands, facts: Facts) -> Bands:
+    """Colours divided by alpha, halves as floats; where alpha is 0 they stay: no division tells what they were."""
+    exact: type[np.floating[Any]] = (
+        np.float32 if facts.type in ("uint8", "uint16", "float16", "float32") else np.float64
+    )
+    for top, height, band in sliced(bands, BLOCK):
+        colours, alpha = band[:, :, :-1].astype(exact), band[:, :, -1:].astype(exact)
+        whole = exact(1 if facts.is_float else np.iinfo(band.dtype).max)
+        partly = (alpha > whole * LEAST_ALPHA) & (alpha < whole)
+        if not facts.is_float and (partly & (colours > alpha + whole * ABOVE_ALPHA)).any():
+            raise unreadable(facts.path, "it says that its colours are multiplied by alpha, and some exceed it")
+        with np.errstate(all="ignore"):
+            # What is not finite is found by those who ask for numbers.
+            divided = colours / np.where(partly, alpha, whole)
+        # Rounding alone takes no colour out of range.
+        divided = np.where(partly & (divided < 1 + ROUNDING), np.minimum(divided, 1), divided)
+        if not facts.is_float:
+            divided = np.rint(np.minimum(divided, 1) * whole).astype(band.dtype)
+        yield top, height, np.concatenate([divided, alpha.astype(divided.dtype)], axis=2)

@@ -10,7 +10,7 @@ from facezip.character.alignment import alignments, worst_of
 from facezip.character.loading import load_character
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
-from facezip.files.images import read_values
+from facezip.files.values import read_values
 from facezip.files.writing import check_target
 from facezip.fit.choice import Choice, choose
 from facezip.fit.importance import Importance

@@ -21,7 +21,8 @@ from facezip.character.loading import load_character
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import NEUTRAL
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.images import TEXTURE_SUFFIXES, read_texture, read_texture_exactly, write_texture
+from facezip.files.images import read_texture, read_texture_exactly, write_texture
+from facezip.files.opening import TEXTURE_SUFFIXES
 from facezip.fit.methods import compress
 from facezip.machine.conditions import peak_memory
 from facezip.machine.cores import cores

@@ -8,7 +8,7 @@ from typing import Any
 from facezip.character.maps import ENCODINGS, MAX_RANGE, is_map_name
 from facezip.character.scans import MAX_EXPRESSIONS
 from facezip.character.tiles import FIRST_TILE, LAST_TILE
-from facezip.files.decoding import MAX_SIDE
+from facezip.files.opening import MAX_SIDE
 from facezip.files.reading import MOST_EXPANSION, SPARE
 from facezip.names import MAX_CHARACTERS, first_unusable
 from facezip.pack.footprint import SLOTS_PER_LAYER

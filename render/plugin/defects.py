@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from facezip.character.raster import rasterise
 from facezip.character.scans import Character
-from facezip.files.images import decode_srgb, encode_srgb
+from facezip.files.srgb import decode_srgb, encode_srgb
 from facezip.pack.model import CompressedTextures
 
 Texture = NDArray[np.float32]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.scans import NEUTRAL, Character
-from facezip.files.images import decode_srgb
+from facezip.files.srgb import decode_srgb
 from render.importance import Sight, rgb
 from render.operator import ImageOperator
 from reports.figures import nice_ticks

@@ -81,7 +81,7 @@ def figure_8(scans: Character, template: Template, seed: int, truth: Callable[[s
     Pictures are data URIs of the shapes that change the skin most, one of each left and right pair.
     """
     made = generate(scans, template, seed)
-    neutral = to_float(stack.neutral)
+    neutral = to_float(scans.first.neutral)
     textures = {**made.textures, "neutral": lambda shape: neutral}
     figure: dict[str, Any] = {
         "resolution": list(scans.first.resolution),

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip.files.images import decode_srgb
+from facezip.files.srgb import decode_srgb
 from facezip.fit.methods import compress
 from render.effect import image_errors
 from render.importance import Sight, regularised, seen_importance, squared_error_weight

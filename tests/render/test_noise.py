@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from facezip.files.images import encode_srgb
+from facezip.files.srgb import encode_srgb
 from render.noise import Halves, debiased_rmse, noise_floor
 from render.paired import Images
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from facezip.files.images import decode_srgb
+from facezip.files.srgb import decode_srgb
 from render.operator import image_operator
 from render.paired import PairedRenderer, upload
 from scenes.cameras import VIEWS, frame_of

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from facezip.files.images import decode_srgb
+from facezip.files.srgb import decode_srgb
 from render.paired import TRANSPORTS, PairedRenderer, stratified, upload
 from scenes.cameras import VIEWS, camera, frame_of
 from scenes.lights import RIGS

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from facezip.files.images import encode_srgb
+from facezip.files.srgb import encode_srgb
 from reports.images import BACKDROP, ColourScale, Crop, data_uri, difference, display, to_bytes
 
 

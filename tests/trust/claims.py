@@ -9,8 +9,9 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from facezip import FaceZipError
-from facezip.character.loading import load_character, save_character
+import numpy as np
+
+from facezip import FaceZipError, load_character, save_character
 from facezip.files.glb import Glb
 from facezip.files.images import read_texture
 from facezip.files.obj import read_obj
@@ -18,12 +19,15 @@ from facezip.pack.manifest import FILE_NAME
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_character, random_model
+from tests.facezip.files import stored
 from tests.trust.children import in_child, memory_above
 from tests.trust.findings import Row
 
 SECONDS = 1.0
 BYTES = 64 * 2**20
 FEW = zlib.compress(bytes(1000))
+TEXELS = np.zeros((2, 2, 3), np.uint8)
+CHANNEL = {"Y": (np.zeros((2, 2), np.float32), 1)}
 
 
 def check_claims(work: Path, part: float) -> list[Row]:
@@ -66,6 +70,14 @@ def make_claims(work: Path) -> dict[str, Callable[[], Any]]:
         "exr-16384-square-in-no-data.exr": _exr(0, 16383),
         "exr-largest-tile.exr": _exr(0, 63, tile=2**31 - 1),
         "exr-attribute-of-2-gigabytes.exr": _exr(0, 63, text=2**31 - 1),
+        "exr-display-window-of-16384.exr": stored.exr(CHANNEL, (16384, 16384), (0, 0, 2, 2)),
+        "exr-largest-display-window.exr": stored.exr(CHANNEL, (2**31 - 1, 2**31 - 1), (0, 0, 2, 2)),
+        "exr-300-channels.exr": stored.exr({f"c{n}": CHANNEL["Y"] for n in range(300)}, (2, 2)),
+        "tga-16384-square-in-no-data.tga": stored.tga(TEXELS)[:12] + struct.pack("<HHBB", 16384, 16384, 24, 32),
+        "tga-largest-sides.tga": stored.tga(TEXELS)[:12] + struct.pack("<HHBB", 65535, 65535, 24, 32) + bytes(99),
+        "bmp-16384-square-in-no-data.bmp": _bmp(16384),
+        "bmp-largest-sides.bmp": _bmp(2**31 - 1),
+        "webp-16383-square-in-no-data.webp": _webp(16383),
         "jpeg-largest-sides.jpg": bytes.fromhex("ffd8ffc0001108ffffffff03012200021101031101ffd9"),
     }  # fmt: skip
     meshes = {
@@ -198,6 +210,18 @@ def _tiff(tags: dict[int, int]) -> bytes:
         struct.pack("<HHII", tag, 4, 1, value) for tag, value in sorted(tags.items() | {(262, 2), (259, 1)})
     )
     return b"II*\0\x08\0\0\0" + struct.pack("<H", len(tags) + 2) + entries + b"\0" * 64
+
+
+def _bmp(side: int) -> bytes:
+    head = struct.pack("<IiiHHIIiiII", 40, side, side, 1, 24, 0, 0, 0, 0, 0, 0)
+    return b"BM" + struct.pack("<IHHI", 64, 0, 0, 54) + head + bytes(64)
+
+
+def _webp(side: int) -> bytes:
+    """A lossless picture of such sides, of which a few bytes are there."""
+    picture = b"\x2f" + struct.pack("<I", (side - 1) | (side - 1) << 14) + bytes(60)
+    chunk = b"VP8L" + struct.pack("<I", len(picture)) + picture + bytes(len(picture) % 2)
+    return b"RIFF" + struct.pack("<I", 4 + len(chunk)) + b"WEBP" + chunk
 
 
 def _exr(low: int, high: int, tile: int = 0, text: int = 0) -> bytes:

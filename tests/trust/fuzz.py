@@ -23,6 +23,7 @@ from facezip.character.layout import SETTINGS
 from facezip.character.loading import load_character, save_character
 from facezip.files.images import read_texture
 from facezip.files.obj import read_obj
+from facezip.files.values import read_values
 from facezip.pack.manifest import FILE_NAME
 from facezip.pack.read import read_pack
 from tests.facezip.conftest import random_character
@@ -32,6 +33,7 @@ from tests.trust.children import in_child
 from tests.trust.damage import GOLDEN, LAYERED
 from tests.trust.findings import Row
 from tests.trust.mutants import COMPRESSIONS, store_as
+from tests.trust.statements import make_statements
 
 FINDINGS = Path(__file__).parent.parent / "data" / "findings"
 BATCH = 200
@@ -57,6 +59,7 @@ float = true
 # A file of the corpus → the reader that gets it, and the folder in which it stands.
 READERS: dict[str, Callable[[Path], Any]] = {
     "image": read_texture,
+    "image of numbers": read_values,
     "mesh": read_obj,
     "pack": lambda file: read_pack(file.parent),
     "signed pack": lambda file: read_signed(file),
@@ -84,6 +87,7 @@ def make_corpus(work: Path) -> dict[str, list[Path]]:
             save_character(random_character(side=16, grid=3, expressions=2), folder)
             store_as(folder / "neutral.png", suffix, kind)
             images.append(folder / f"neutral{suffix}")
+    images += make_statements(work / "image")
     save_character(random_character(side=16, grid=3, expressions=2), work / "character")
     (work / "glb").mkdir()
     shutil.copytree(GOLDEN, work / "pack")
@@ -96,6 +100,7 @@ def make_corpus(work: Path) -> dict[str, list[Path]]:
     return {
         "glb": [work / "glb" / "sheet.glb"],
         "image": images,
+        "image of numbers": images,
         "mesh": [file for file in character if file.suffix == ".obj"],
         "pack": [work / "pack" / FILE_NAME, *sorted((work / "pack").glob("*.png"))[:3]],
         "signed pack": [work / golden.parent.name / FILE_NAME for golden in (GOLDEN, LAYERED)],

@@ -27,6 +27,10 @@ COMPRESSIONS = {
     ".exr": ("zip", "piz", "none", "dwaa", "pxr24", "b44", "rle", "htj2k"),
     ".tif": ("none", "lzw", "zip", "packbits"),
     ".png": ("8", "16"),
+    ".jpg": ("jpeg:98",),
+    ".webp": ("lossless", "webp:90"),
+    ".tga": ("none", "rle"),
+    ".bmp": ("none",),
 }
 
 

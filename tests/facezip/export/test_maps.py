@@ -17,7 +17,8 @@ from facezip.export.measured import codec_errors, mip_errors
 from facezip.export.mips import Pyramid, level_sizes, targets
 from facezip.export.sheets import Fill
 from facezip.export.source import read_source
-from facezip.files.images import decode_srgb, encode_srgb, read_texture_exactly
+from facezip.files.images import read_texture_exactly
+from facezip.files.srgb import decode_srgb, encode_srgb
 from facezip.pack.model import blend_differences
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack

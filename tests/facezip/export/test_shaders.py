@@ -9,7 +9,8 @@ import pytest
 from facezip.export import TARGETS
 from facezip.export.shaders import GLSL, HLSL, camel, identifier, number, shader
 from facezip.export.source import read_source
-from facezip.files.images import decode_srgb, read_texture_exactly
+from facezip.files.images import read_texture_exactly
+from facezip.files.srgb import decode_srgb
 from facezip.pack.model import CompressedTextures
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack

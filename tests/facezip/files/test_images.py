@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from facezip import FaceZipError
-from facezip.files.images import decode_srgb, encode_srgb, read_texture, to_float, write_texture
+from facezip.files.images import read_texture, to_float, write_texture
+from facezip.files.srgb import decode_srgb, encode_srgb
 
 RNG = np.random.default_rng(0)
 

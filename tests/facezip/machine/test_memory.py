@@ -14,7 +14,8 @@ from facezip import FaceZipError, compress
 from facezip.character.loading import load_character, save_character
 from facezip.character.scans import Stack
 from facezip.errors import ErrorCode
-from facezip.files.images import read_values, write_values
+from facezip.files.images import write_values
+from facezip.files.values import read_values
 from facezip.fit.choice import choose
 from facezip.machine import memory
 from facezip.pack.errors import pack_errors
