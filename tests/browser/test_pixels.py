@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from facezip.character.maps import Map
-from facezip.character.scans import Character, Stack
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
 from tests.browser.conftest import viewing
 from tests.facezip.conftest import random_model
-from tests.facezip.viewer.models import DEPTH, random_maps
+from tests.facezip.viewer.models import DEPTH, random_maps, random_scans
 
 GOLDEN = Path(__file__).parents[1] / "data"
 BLENDS = ({}, {"expr_1": 1.0}, {"expr_0": 0.35, "expr_2": 0.8})
@@ -99,18 +98,6 @@ def test_every_slider_moves_the_vertices(context, tmp_path):
 BLEND = {"expr_1": 0.5, "expr_2": 0.25}
 
 
-def scans_of(model):
-    """Random scans of 8 bits with the expressions, maps and tiles of a model; slopes of normals as scans have them."""
-    rng = np.random.default_rng(1)
-    stacks = {}
-    for name, tile in model.parts:
-        shape = model.parts[name, tile].neutral.shape
-        low, high, dtype = (31000, 34500, np.uint16) if name == "normal" else (0, 256, np.uint8)
-        neutral, textures = (rng.integers(low, high, (*count, *shape), dtype) for count in ((), (3,)))
-        stacks[name, tile] = Stack(neutral, textures)
-    return Character("random", model.expressions, model.meshes, model.maps, stacks)
-
-
 def original(scans, name, tile):
     """What the scans blend to, unit vectors of normals: (1 - Σβ) I_0 + Σ β I_n, of normals over slopes."""
     stack, kind = scans.stacks[name, tile], scans.kind(name)
@@ -127,7 +114,7 @@ def in_255(values):
 def test_the_wipe_has_the_originals_on_its_left(context, tmp_path):
     pack = written(random_maps(size=(64, 64), weights=(8, 8), tiles=(1001,)), tmp_path)
     model = read_pack(pack)
-    scans = scans_of(model)
+    scans = random_scans(model)
     with viewing(context, pack, scans) as viewer:
         lay_flat(viewer, model)
         viewer.slide(BLEND)
@@ -153,7 +140,7 @@ def heat(share):
 def test_errors_are_parts_of_255_and_of_normals_angles(context, tmp_path):
     pack = written(random_maps(size=(64, 64), weights=(8, 8), tiles=(1002,)), tmp_path)
     model = read_pack(pack)
-    scans = scans_of(model)
+    scans = random_scans(model)
     with viewing(context, pack, scans) as viewer:
         lay_flat(viewer, model)
         viewer.slide(BLEND)

@@ -1,10 +1,11 @@
-"""Packs of several maps and tiles without a fit: what they show is random, and known."""
+"""Packs of several maps and tiles without a fit, and scans: what they show is random, and known."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from facezip.character.maps import KNOWN, Map
+from facezip.character.scans import Character, Stack
 from facezip.character.tiles import place_of
 from facezip.pack.model import CompressedTextures, Part
 from tests.facezip.conftest import random_model
@@ -39,3 +40,15 @@ def spread_over(topology, tiles):
     places = np.array([place_of(tiles[f % len(tiles)]) for f in range(faces)], np.float32)
     uv = topology.uv[topology.face_uv] + places[:, None]
     return replace(topology, uv=uv.reshape(-1, 2), face_uv=np.arange(3 * faces, dtype=np.int32).reshape(-1, 3))
+
+
+def random_scans(model):
+    """Scans with the expressions, maps and tiles of a model, of 8 bits, normals as slopes of up to 28 degrees."""
+    rng = np.random.default_rng(1)
+    normal = {kind.name: kind.is_normal for kind in model.maps}
+    stacks = {}
+    for (name, tile), part in model.parts.items():
+        low, high, dtype = (31000, 34500, np.uint16) if normal[name] else (0, 256, np.uint8)
+        counts = (), (len(model.expressions),)
+        stacks[name, tile] = Stack(*(rng.integers(low, high, (*count, *part.neutral.shape), dtype) for count in counts))
+    return Character("random", model.expressions, model.meshes, model.maps, stacks)

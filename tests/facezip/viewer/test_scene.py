@@ -10,7 +10,6 @@ from PIL import Image
 
 from facezip import FaceZipError
 from facezip.character.maps import ALBEDO, Map
-from facezip.character.scans import Character, Stack
 from facezip.character.tiles import charts
 from facezip.pack.errors import pack_errors
 from facezip.pack.geometry import read_head
@@ -19,7 +18,7 @@ from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
 from facezip.viewer.scene import read_scene
 from tests.facezip.conftest import random_character, random_model
-from tests.facezip.viewer.models import DEPTH, random_maps
+from tests.facezip.viewer.models import DEPTH, random_maps, random_scans
 
 GOLDEN = Path(__file__).parents[2] / "data"
 NAMES = re.compile(
@@ -151,27 +150,9 @@ def test_originals_come_in_the_order_of_the_pack(tmp_path, dtype):
         np.testing.assert_array_equal(image(scene, f"tile_0.map_0.original_{n}"), texture)
 
 
-def scans_of(model, seed=3):
-    """Random scans with the expressions, maps and tiles of a model."""
-    rng = np.random.default_rng(seed)
-
-    def texels(kind, part, *count):
-        shape = (*count, *part.neutral.shape)
-        # Slopes of up to 11 degrees.
-        low, high = (32768 - 650, 32768 + 650) if kind.is_normal else (0, 256)
-        return rng.integers(low, high, shape).astype(np.uint16 if kind.is_normal else np.uint8)
-
-    kinds = {kind.name: kind for kind in model.maps}
-    stacks = {
-        key: Stack(texels(kinds[key[0]], part), texels(kinds[key[0]], part, len(model.expressions)))
-        for key, part in model.parts.items()
-    }
-    return Character("random", model.expressions, model.meshes, model.maps, stacks)
-
-
 def test_originals_and_errors_are_there_for_every_map_and_tile(tmp_path):
     pack = written(random_maps(tiles=(1001, 1002)), tmp_path)
-    character = scans_of(read_pack(pack))
+    character = random_scans(read_pack(pack))
     scene, errors = read_scene(pack, character), pack_errors(character, pack)
     means = [errors["albedo"]["rmse"], errors["normal"]["angular_error"], errors["roughness"]["rmse"]]
     assert [entry["error"] for entry in scene.document["maps"]] == means
@@ -216,7 +197,7 @@ def others(character):
 
 def test_the_character_of_another_pack_is_refused(tmp_path):
     pack = written(random_maps(tiles=(1001, 1002)), tmp_path)
-    character = replace(scans_of(read_pack(pack)), name="sheet")
+    character = replace(random_scans(read_pack(pack)), name="sheet")
     for words, other in others(character).items():
         with pytest.raises(FaceZipError, match=rf"a\.facezip: {words}"):
             read_scene(pack, other)

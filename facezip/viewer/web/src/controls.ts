@@ -7,8 +7,7 @@ import type { Scene } from "./scene";
 import type { Stage } from "./stage";
 import { COMPARABLE, type Side, type State, type View } from "./state";
 
-// Which say nothing of a map.
-const OF_NO_MAP: View[] = ["skin", "clay", "weights", "uv"];
+const NONE = -1;
 
 /** What can be shown: clay where there is more than colours, errors where there are originals. */
 export function viewsOf({ scene, originals }: Stage): [View, string][] {
@@ -20,8 +19,7 @@ export function viewsOf({ scene, originals }: Stage): [View, string][] {
 export function bindControls(stage: Stage, state: State): void {
   const { scene, originals } = stage;
   const view = choice("Show", viewsOf(stage), state.view, (value) => state.set({ view: value }));
-  const map = choice("Map", scene.maps.map(({ name }, m) => [m, name] as const), state.map, (value) =>
-    state.set({ map: value, ...(OF_NO_MAP.includes(state.view) && !state.layout ? { view: "flat" } : {}) }));
+  const map = choice("Map", scene.maps.map(({ name }, m) => [m, name] as const), NONE, (value) => state.showMap(value));
   const slot = choice("Slot", Array.from({ length: scene.slots }, (_, i) => [i, String(i + 1)] as const), 0, (value) => state.set({ slot: value }));
   const sides: [Side, string][] = [["compressed", "FaceZip"], ["wipe", "Wipe"], ["original", "Original"]];
   const side = choice("Side", sides, state.side, (value) => state.set({ side: value }));
@@ -34,7 +32,7 @@ export function bindControls(stage: Stage, state: State): void {
   byId("view").append(view.element, ...(scene.maps.length > 1 ? [map.element] : []), slot.element, ...(originals ? [side.element] : []), surface.element, toggles);
   const show = () => {
     view.show(state.view);
-    map.show(state.map);
+    map.show(state.showsMap ? state.map : NONE);
     slot.show(state.slot);
     slot.enable(state.view === "weights" || state.view === "differences");
     side.show(state.side);

@@ -17,7 +17,7 @@ export function bindKeys(state: State, stage: Stage, poses: Poses): void {
     ["N", "neutral", () => poses.neutral()],
     ["R", "random pose", () => poses.random()],
     ["V", "next view", () => state.set({ view: next(views, state.view) })],
-    ...(maps.length > 1 ? [["M", "next map", () => state.set({ map: (state.map + 1) % maps.length })] as [string, string, () => void]] : []),
+    ...(maps.length > 1 ? [["M", "next map", () => state.showMap((state.map + 1) % maps.length)] as [string, string, () => void]] : []),
     ["S", "next slot", () => state.set({ slot: (state.slot + 1) % slots })],
     ...(stage.originals ? [["C", "FaceZip, wipe, original", () => state.set({ side: next(SIDES, state.side) })] as [string, string, () => void]] : []),
     ["L", "skin or flat map", () => state.set({ view: state.view === "flat" ? "skin" : "flat" })],

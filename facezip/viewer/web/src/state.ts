@@ -36,6 +36,11 @@ export class State {
     return !this.layout && (this.view === "skin" || this.view === "clay");
   }
 
+  /** Whether a single map is seen: what is laid flat is never lit. */
+  get showsMap(): boolean {
+    return !this.lit && this.view !== "weights" && this.view !== "uv";
+  }
+
   onChange(listener: () => void): void {
     this.listeners.push(listener);
   }
@@ -43,6 +48,10 @@ export class State {
   set(change: Partial<Pick<State, "view" | "map" | "slot" | "side" | "wipe" | "layout" | "wireframe" | "mipmaps" | "exact">>): void {
     Object.assign(this, change);
     this.changed();
+  }
+
+  showMap(map: number): void {
+    this.set({ map, ...(this.showsMap ? {} : { view: "flat" }) });
   }
 
   setWeight(n: number, weight: number): void {

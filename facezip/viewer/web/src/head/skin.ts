@@ -55,7 +55,7 @@ vec2 skinAt = tileAt(vUv);
 readWeights(skinAt);
 ${albedo ? `diffuseColor.rgb *= linearOf(${value(albedo)});` : ""}`,
     ...(roughness && { roughnessmap_fragment: `roughnessFactor = ${share(roughness)};` }),
-    ...(normal && { normal_fragment_maps: `normal = normalize(skinFrame(-vViewPosition, normal, vec2(vUv.x, -vUv.y), faceDirection) * normalOf(${normal.call}(skinAt)));` }),
+    ...(normal && { normal_fragment_maps: `normal = normalize(skinFrame(-vViewPosition, normal, vec2(vUv.x, -vUv.y)) * normalOf(${normal.call}(skinAt)));` }),
     ...((normal || roughness || specular || cavity) && { lights_physical_fragment: `
 material.specularColor = material.specularColorBlended = vec3(0.08 * ${specular ? share(specular) : SPECULAR});
 material.specularF90 = 1.0;` }),
@@ -68,13 +68,15 @@ reflectedLight.indirectDiffuse *= fill;` }),
   };
 }
 
-// The frame of tangent space out of screen-space derivatives: Schüler, "Normal Mapping without Precomputed Tangents" (ShaderX 5).
+// The frame of tangent space, x along u and y on the side of v, out of derivatives over the screen: no attribute has to morph.
 const FRAME = `
-mat3 skinFrame(vec3 position, vec3 normal, vec2 at, float side) {
+mat3 skinFrame(vec3 position, vec3 normal, vec2 uv) {
   vec3 right = dFdx(position), up = dFdy(position);
-  vec2 atRight = dFdx(at), atUp = dFdy(at);
-  vec3 a = cross(up, normal), b = cross(normal, right);
-  vec3 tangent = a * atRight.x + b * atUp.x, bitangent = a * atRight.y + b * atUp.y;
-  float size = side * inversesqrt(max(max(dot(tangent, tangent), dot(bitangent, bitangent)), 1e-30));
-  return mat3(tangent * size, bitangent * size, normal);
+  vec2 uvRight = dFdx(uv), uvUp = dFdy(uv);
+  float turn = sign(uvRight.x * uvUp.y - uvUp.x * uvRight.y);
+  vec3 alongU = turn * (uvUp.y * right - uvRight.y * up), alongV = turn * (uvRight.x * up - uvUp.x * right);
+  vec3 across = alongU - dot(alongU, normal) * normal;
+  vec3 tangent = across * inversesqrt(max(dot(across, across), 1e-30));
+  vec3 bitangent = cross(normal, tangent);
+  return mat3(tangent, dot(bitangent, alongV) < 0.0 ? -bitangent : bitangent, normal);
 }`;
