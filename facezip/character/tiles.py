@@ -27,8 +27,8 @@ def shifted(topology: Topology, tile: int) -> Topology:
     return replace(topology, uv=topology.uv - np.array(place_of(tile), np.float32))
 
 
-def charts(topology: Topology, tiles: Sequence[int]) -> list[Topology]:
-    """The faces that lie on each tile, by the middle of their corners, with that tile in the unit square.
+def tiles_of_faces(topology: Topology, tiles: Sequence[int]) -> NDArray[np.intp]:
+    """For each face the place in ``tiles`` of the one that it lies on, ``(F,)``, by the middle of its corners.
 
     Faces that lie on none of them go to the nearest, so that none is lost.
     """
@@ -40,9 +40,14 @@ def charts(topology: Topology, tiles: Sequence[int]) -> list[Topology]:
         distance = np.abs(middles - (column + 0.5, row + 0.5)).max(axis=1)
         nearest[distance <= least] = number
         least = np.minimum(distance, least)
-    found = []
+    return nearest
+
+
+def charts(topology: Topology, tiles: Sequence[int]) -> list[Topology]:
+    """The faces that lie on each tile (:func:`tiles_of_faces`), with that tile in the unit square."""
+    places, found = tiles_of_faces(topology, tiles), []
     for number, tile in enumerate(tiles):
-        own = nearest == number
+        own = places == number
         part = replace(topology, faces=topology.faces[own], face_uv=topology.face_uv[own])
         found.append(shifted(part, tile))
     return found

@@ -6,10 +6,13 @@ from pathlib import Path
 from facezip.character.maps import Key
 from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.pack.manifest import Manifest
 from facezip.pack.model import CompressedTextures
 
+Other = CompressedTextures | Manifest | Character
 
-def check_belongs(character: Character, other: CompressedTextures | Character, path: Path) -> None:
+
+def check_belongs(character: Character, other: Other, path: Path) -> None:
     """Raise where something lacks an expression or a texture of a character, or has one of another size.
 
     Raises
@@ -27,7 +30,7 @@ def check_belongs(character: Character, other: CompressedTextures | Character, p
     check_sizes(character, other, path)
 
 
-def check_sizes(character: Character, other: CompressedTextures | Character, path: Path) -> None:
+def check_sizes(character: Character, other: Other, path: Path) -> None:
     """As :func:`check_belongs`, whatever the expressions."""
     theirs = _shapes(other)
     for (name, tile), shape in _shapes(character).items():
@@ -41,6 +44,8 @@ def check_sizes(character: Character, other: CompressedTextures | Character, pat
             )
 
 
-def _shapes(whose: CompressedTextures | Character) -> Mapping[Key, tuple[int, ...]]:
+def _shapes(whose: Other) -> Mapping[Key, tuple[int, ...]]:
+    if isinstance(whose, Manifest):
+        return {key: (*texture.size, entry.channels) for key, (entry, texture) in whose.entries().items()}
     parts = whose.stacks if isinstance(whose, Character) else whose.parts
     return {key: part.neutral.shape for key, part in parts.items()}

@@ -1,31 +1,26 @@
 """A verified pack as the page wants it: one JSON document, and images and arrays by name."""
 
-import io
-import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from PIL import Image
 
-from facezip.character.meshes import Meshes
+from facezip.character.maps import MAX_SLOPE
 from facezip.character.scans import Character
+from facezip.character.tiles import place_of
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.images import Texels, read_texture_exactly, to_float
-from facezip.pack.errors import mean_rmse, model_errors
-from facezip.pack.footprint import SLOTS_PER_LAYER
-from facezip.pack.manifest import Manifest
-from facezip.pack.model import CompressedTextures
-from facezip.pack.quantise import STEPS, ZERO
+from facezip.pack.belonging import check_belongs
+from facezip.pack.errors import Errors, model_errors
+from facezip.pack.manifest import Manifest, MapEntry, TextureEntry, TileEntry
+from facezip.pack.quantise import ZERO, StoredTextures
+from facezip.pack.read import read_stored
 from facezip.pack.verification import bytes_on_disk, verify_pack
-from facezip.pack.version_1 import NEUTRAL_FILE, read_verified
+from facezip.rigging.sequences import poses_for
+from facezip.viewer.assets import original_assets, pack_assets
 
-# Steps from the neutral to the farthest vertex of an expression.
-DELTA_STEPS = 32767
+COLOURS = 3
 
 
 @dataclass(frozen=True)
@@ -50,124 +45,105 @@ def read_scene(pack: Path, character: Character | None = None) -> Scene:
     ------
     FaceZipError
         What :func:`facezip.read_pack` raises; ``UNKNOWN_NAME`` or ``SIZE_MISMATCH`` where the character is another
-        one; ``BAD_VALUE`` where textures are no pictures (2 or 4 channels).
+        one; ``BAD_VALUE`` where a map is no picture (colours of 2 channels, anything of 4).
     """
     manifest = verify_pack(pack)
-    if manifest.channels not in (1, 3):
-        raise FaceZipError(
-            ErrorCode.BAD_VALUE, f"{pack}: textures of {manifest.channels} channels; the viewer shows 1 or 3"
-        )
+    _check_channels(manifest, pack)
     if character is not None:
-        _check_same(character, pack, manifest)
-    model = read_verified(pack, manifest)
-    document = _document(pack, manifest, model)
-    assets = {"neutral.png": _constant(_neutral_png(pack))}
-    for i in range(len(manifest.difference_scale)):
-        assets[f"difference_{i}.png"] = _constant((pack / f"difference_{i}.png").read_bytes())
-    for layer, texels in enumerate(_weight_layers(pack, manifest)):
-        assets[f"weights_{layer}.zlib"] = _constant(_deflated(texels))
-    if model.meshes is not None:
-        arrays, document["mesh"] = _mesh(model.meshes)
-        assets |= {f"{name}.zlib": _constant(_deflated(array)) for name, array in arrays.items()}
+        _check_same(character, manifest, pack)
+    stored = read_stored(pack, manifest)
+    errors = None if character is None else model_errors(character, stored)
+    assets = pack_assets(pack, manifest, stored)
     if character is not None:
-        errors = model_errors(character, model)
-        document["original"] = {"rmse": mean_rmse(errors), "rmse_per_expression": list(errors.values())}
-        assets["original.png"] = partial(_png, character.first.neutral)
-        for n, name in enumerate(manifest.expressions):
-            assets[f"original_{n}.png"] = partial(_png, character.first.textures[character.index(name)])
-    return Scene(document, assets)
+        assets |= original_assets(character, manifest)
+    return Scene(_document(pack, manifest, stored, errors), assets)
 
 
-def _document(pack: Path, manifest: Manifest, model: CompressedTextures) -> dict[str, Any]:
-    cost = manifest.footprint
+def _document(pack: Path, manifest: Manifest, stored: StoredTextures, errors: Errors | None) -> dict[str, Any]:
+    cost, geometry = manifest.footprint, manifest.geometry
     return {
         "name": manifest.name,
         "method": manifest.method,
         "expressions": list(manifest.expressions),
-        "size": list(manifest.size),
-        "difference_scale": np.broadcast_to(manifest.difference_scale, (cost.differences, 3)).tolist(),
+        "poses": list(_poses(manifest.expressions)),
+        "maps": [_map(entry, errors) for entry in manifest.maps],
+        "tiles": [_tile(tile, manifest.maps) for tile in manifest.tiles],
+        "slots": cost.differences,
         "difference_zero": ZERO / 255,
-        "difference_steps": STEPS / 255,
-        "weight_size": list(manifest.weight_size),
-        # Uniform weights lie one below the other.
-        "weight_columns": manifest.weight_columns,
-        "weight_scale": list(manifest.weight_scale),
-        "weight_offset": list(manifest.weight_offset),
-        "weight_range": float(np.abs(model.weights).max()),
+        "max_slope": MAX_SLOPE,
         "uniform": bool(manifest.uniform_weights),
+        "weight_range": max(float(np.abs(weights.values).max()) for weights in stored.weights.values()),
         "costs": {
             "bytes_on_gpu": cost.bytes_on_gpu,
             "bytes_raw": cost.bytes_raw,
             "bytes_on_disk": bytes_on_disk(pack),
             "fetches": cost.fetches,
         },
-        "mesh": None,
-        "original": None,
+        "mesh": {"vertices": geometry.vertices, "triangles": geometry.triangles} if geometry else None,
+        "originals": errors is not None,
     }
 
 
-def _mesh(meshes: Meshes) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """Arrays of the mesh, and their sizes: corners are the pairs of vertex and texture coordinate that a GPU draws."""
-    topology = meshes.topology
-    pairs = np.stack([topology.faces.ravel(), topology.face_uv.ravel()], axis=1)
-    corners, triangles = np.unique(pairs, axis=0, return_inverse=True)
-    scale = np.abs(meshes.deltas).max(axis=(1, 2)) / np.float32(DELTA_STEPS)
-    deltas = np.rint(meshes.deltas / np.where(scale > 0, scale, 1)[:, None, None])
-    arrays: dict[str, NDArray[Any]] = {
-        "positions": meshes.neutral.astype("<f4"),
-        "deltas": deltas.astype("<i2"),
-        "corner_vertices": corners[:, 0].astype("<u4"),
-        "corner_uv": topology.uv[corners[:, 1]].astype("<f4"),
-        "triangles": triangles.astype("<u4"),
+def _poses(expressions: tuple[str, ...]) -> Iterator[dict[str, Any]]:
+    """The key poses that these expressions can make, then each expression alone that is none of them."""
+    poses = {pose.name: pose.weights for pose in poses_for(expressions)}
+    alone = {name: {name: 1.0} for name in expressions if name not in poses}
+    for name, weights in {**poses, **alone}.items():
+        yield {"name": name, "weights": [[expressions.index(key), weight] for key, weight in weights.items()]}
+
+
+def _map(entry: MapEntry, errors: Errors | None) -> dict[str, Any]:
+    found = errors[entry.name] if errors else {}
+    return {
+        "name": entry.name,
+        "encoding": entry.encoding,
+        "range": list(entry.range),
+        "channels": entry.channels,
+        # Degrees of normals, else parts of 255.
+        "error": found.get("angular_error", found.get("rmse")),
     }
-    sizes = {"vertices": len(meshes.neutral), "triangles": len(topology.faces), "delta_scale": scale.tolist()}
-    return arrays, sizes
 
 
-def _weight_layers(pack: Path, manifest: Manifest) -> list[NDArray[Any]]:
-    """RGBA texels of each layer of slots: the pack's atlases, or one row of float32 for uniform weights."""
-    if not manifest.uniform_weights:
-        files = sorted(name for name in manifest.files if name.startswith("weights"))
-        return [read_texture_exactly(pack / name) for name in files]
-    slots = len(manifest.weight_scale)
-    padded = np.zeros((len(manifest.expressions), -(-slots // SLOTS_PER_LAYER) * SLOTS_PER_LAYER), "<f4")
-    padded[:, :slots] = manifest.uniform_weights
-    return [np.ascontiguousarray(layer) for layer in np.split(padded, padded.shape[1] // SLOTS_PER_LAYER, axis=1)]
+def _tile(tile: TileEntry, maps: tuple[MapEntry, ...]) -> dict[str, Any]:
+    return {
+        "number": tile.number,
+        "place": list(place_of(tile.number)),
+        "weight_size": list(tile.weight_size),
+        "weight_span": list(tile.weight_span),
+        "weight_offset": list(tile.weight_offset),
+        "textures": [_texture(*each) for each in zip(maps, tile.textures, strict=True)],
+    }
 
 
-def _neutral_png(pack: Path) -> bytes:
-    content = (pack / NEUTRAL_FILE).read_bytes()
-    texels = read_texture_exactly(pack / NEUTRAL_FILE)
-    return content if texels.dtype == np.uint8 else _png(texels)
+def _texture(entry: MapEntry, texture: TextureEntry) -> dict[str, Any]:
+    # As what the shader adds to: slopes of normals, else texels in [0, 1].
+    unit = 1.0 if entry.kind.is_normal else entry.kind.unit
+    spans = np.array(texture.difference_span) / unit
+    spans = np.repeat(spans, COLOURS, axis=1) if entry.channels == 1 else spans
+    padding = [(0, 0), (0, COLOURS - spans.shape[1])]
+    return {
+        "size": list(texture.size),
+        "neutral_bits": texture.neutral_bits,
+        "difference_span": np.pad(spans, padding).tolist(),
+    }
 
 
-def _png(texels: Texels) -> bytes:
-    """8-bit texels ``(H, W, 1 or 3)`` of encoded values as a PNG file."""
-    if texels.dtype != np.uint8:
-        texels = np.rint(to_float(texels) * 255).astype(np.uint8)
-    content = io.BytesIO()
-    Image.fromarray(texels[..., 0] if texels.shape[2] == 1 else texels).save(content, "PNG", compress_level=3)
-    return content.getvalue()
+def _check_channels(manifest: Manifest, pack: Path) -> None:
+    for entry in manifest.maps:
+        if entry.channels > COLOURS or (entry.encoding == "srgb" and entry.channels == 2):
+            raise FaceZipError(
+                ErrorCode.BAD_VALUE,
+                f"{pack}: its {entry.name} has {entry.channels} channels; the viewer shows colours of 1 or 3 and data "
+                "of up to 3; compress it without that map, or without alpha",
+            )
 
 
-def _deflated(array: NDArray[Any]) -> bytes:
-    return zlib.compress(np.ascontiguousarray(array).tobytes(), 9)
-
-
-def _constant(content: bytes) -> Callable[[], bytes]:
-    return lambda: content
-
-
-def _check_same(character: Character, pack: Path, manifest: Manifest) -> None:
-    differing = {*character.expressions} ^ {*manifest.expressions}
-    if differing:
+def _check_same(character: Character, manifest: Manifest, pack: Path) -> None:
+    check_belongs(character, manifest, pack)
+    more = [f"expression '{name}'" for name in manifest.expressions if name not in character.expressions]
+    more += [f"{name} on tile {tile}" for name, tile in manifest.entries() if (name, tile) not in character.stacks]
+    if more:
         raise FaceZipError(
             ErrorCode.UNKNOWN_NAME,
-            f"{pack}: not of {character.name}, only one of them has '{min(differing)}'; "
-            "give the character that the pack was made from",
-        )
-    if character.first.resolution != manifest.size or character.first.neutral.shape[2] != manifest.channels:
-        raise FaceZipError(
-            ErrorCode.SIZE_MISMATCH,
-            f"{pack}: textures of another size or other channels than {character.name}'s; compress it again",
+            f"{pack}: has {more[0]}, which {character.name} has not; give the character that the pack was made from",
         )

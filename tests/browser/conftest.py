@@ -62,13 +62,13 @@ class Viewer:
         content = base64.b64decode(self.page.evaluate(DRAWN))
         return np.asarray(Image.open(BytesIO(content)).convert("RGBA"))
 
-    def layout(self, rows, columns):
-        """The texture as it is shown at one texel a pixel, ``(H, W, 3)`` uint8."""
+    def layout(self, tile=0):
+        """The texture of a tile as it is shown at one texel a pixel, ``(H, W, 3)`` uint8."""
         pixels = self.pixels()
+        cell = self.page.evaluate(f"facezip.stage.sheet.cells[{tile}]")
         # WebGL counts rows from below.
-        bottom, left = (pixels.shape[0] - rows) // 2, (pixels.shape[1] - columns) // 2
-        top = pixels.shape[0] - bottom - rows
-        return pixels[top : top + rows, left : left + columns, :3]
+        top, left = pixels.shape[0] - cell["bottom"] - cell["height"], cell["left"]
+        return pixels[top : top + cell["height"], left : left + cell["width"], :3]
 
 
 @pytest.fixture(scope="session")
@@ -100,10 +100,11 @@ def served(pack, character=None):
 
 
 @contextmanager
-def viewing(context, pack, character=None):
-    """A viewer of a pack, whose page raised no error and logged none."""
+def viewing(context, pack, character=None, script=""):
+    """A viewer of a pack, whose page raised no error and logged none; a script may run before its own."""
     faults = []
     with served(pack, character) as address, context.new_page() as page:
+        page.add_init_script(script)
         page.on("pageerror", lambda error: faults.append(str(error)))
         page.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
         page.goto(address)

@@ -1,11 +1,11 @@
-"""Where a mesh is seen: texture coordinates at the centres of pixels, by a z-buffer that shares nothing with WebGL."""
+"""Where a mesh is seen: faces and texture coordinates at pixel centres, by a z-buffer that has nothing of WebGL."""
 
 import numpy as np
 from numba import njit
 
 
 def seen_uv(vertices, topology, projection, view, size, subpixel_bits):
-    """Perspective-correct UV ``(H, W, 2)`` of the front-most triangle, NaN where there is none.
+    """The front-most triangle ``(H, W)`` and perspective-correct UV ``(H, W, 2)`` on it; -1 and NaN without one.
 
     Parameters
     ----------
@@ -20,13 +20,13 @@ def seen_uv(vertices, topology, projection, view, size, subpixel_bits):
     screen = (clip[:, :2] / clip[:, 3:] * [0.5, -0.5] + 0.5) * [width, height]
     screen = np.rint(screen * 2**subpixel_bits) / 2**subpixel_bits
     depth = np.full(size, np.inf)
-    uv = np.full((*size, 2), np.nan)
-    _fill(screen, clip[:, 3], topology.faces, topology.uv.astype(float), topology.face_uv, depth, uv)
-    return uv
+    face, uv = np.full(size, -1), np.full((*size, 2), np.nan)
+    _fill(screen, clip[:, 3], topology.faces, topology.uv.astype(float), topology.face_uv, depth, face, uv)
+    return face, uv
 
 
 @njit(cache=True)
-def _fill(screen, w, faces, coordinates, face_uv, depth, uv):
+def _fill(screen, w, faces, coordinates, face_uv, depth, face, uv):
     for f in range(len(faces)):
         a, b, c = faces[f]
         (ax, ay), (bx, by), (cx, cy) = screen[a], screen[b], screen[c]
@@ -42,5 +42,6 @@ def _fill(screen, w, faces, coordinates, face_uv, depth, uv):
                 near = p + q + r
                 if min(p, q, r) >= 0 and 1 / near < depth[y, x]:
                     depth[y, x] = 1 / near
+                    face[y, x] = f
                     i, j, k = face_uv[f]
                     uv[y, x] = (p * coordinates[i] + q * coordinates[j] + r * coordinates[k]) / near

@@ -39,7 +39,8 @@ def test_names_come_through_as_they_are_and_end_no_element(hostile, bundle, tmp_
 def test_assets_come_through(hostile, bundle, tmp_path):
     export_web(hostile, tmp_path / "a.html")
     page = (tmp_path / "a.html").read_text()
-    assert base64.b64decode(block(page, "difference_1.png")) == (hostile / "difference_1.png").read_bytes()
+    content = base64.b64decode(block(page, "tile_0.map_0.difference_1.png"))
+    assert content == (hostile / "albedo.1001.difference_1.png").read_bytes()
 
 
 def test_the_policy_allows_its_own_script_and_nothing_from_outside(hostile, bundle, tmp_path):

@@ -38,12 +38,21 @@ def test_it_serves_the_page_the_bundle_and_the_scene(server):
     assert ask(server, "/")[1].startswith(b"<!doctype html>")
     assert ask(server, "/viewer.js")[1] == b"'use strict';"
     assert json.loads(ask(server, "/scene.json")[1])["expressions"] == ["expr_0", "expr_1", "expr_2"]
-    answer, content = ask(server, "/neutral.png")
+    answer, content = ask(server, "/tile_0.map_0.neutral.png")
     assert (answer.status, answer.getheader("Content-Type"), content[1:4]) == (200, "image/png", b"PNG")
 
 
 @pytest.mark.parametrize(
-    "path", ["/manifest.json", "/neutral.obj", "/../manifest.json", "//etc/passwd", "/%2e%2e/x", "/?a", "/viewer.js/"]
+    "path",
+    [
+        "/manifest.json",
+        "/albedo.1001.neutral.png",
+        "/../manifest.json",
+        "//etc/passwd",
+        "/%2e%2e/x",
+        "/?a",
+        "/viewer.js/",
+    ],
 )
 def test_it_serves_nothing_else(server, path):
     assert ask(server, path)[0].status == 404

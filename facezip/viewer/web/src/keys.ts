@@ -3,23 +3,24 @@
 import { byId, element } from "./dom";
 import type { Stage } from "./stage";
 import type { Poses } from "./poses";
-import type { Side, State, View } from "./state";
+import { viewsOf } from "./controls";
+import type { Side, State } from "./state";
 
-const VIEWS: View[] = ["texture", "weights", "differences", "change", "error", "uv"];
 const SIDES: Side[] = ["compressed", "wipe", "original"];
 
 export function bindKeys(state: State, stage: Stage, poses: Poses): void {
-  const { original, difference_scale: slots, mesh } = stage.scene;
+  const { maps, slots, mesh } = stage.scene;
   const next = <T>(all: T[], now: T) => all[(all.indexOf(now) + 1) % all.length];
-  const views = VIEWS.filter((view) => original || view !== "error");
+  const views = viewsOf(stage).map(([view]) => view);
   const keys: [string, string, () => void][] = [
     ["P", "play or pause", () => poses.toggle()],
     ["N", "neutral", () => poses.neutral()],
     ["R", "random pose", () => poses.random()],
     ["V", "next view", () => state.set({ view: next(views, state.view) })],
-    ["M", "next map", () => state.set({ slot: (state.slot + 1) % slots.length })],
-    ...(original ? [["C", "FaceZip, wipe, original", () => state.set({ side: next(SIDES, state.side) })] as [string, string, () => void]] : []),
-    ["L", "studio or flat light", () => state.set({ lit: !state.lit })],
+    ...(maps.length > 1 ? [["M", "next map", () => state.showMap((state.map + 1) % maps.length)] as [string, string, () => void]] : []),
+    ["S", "next slot", () => state.set({ slot: (state.slot + 1) % slots })],
+    ...(stage.originals ? [["C", "FaceZip, wipe, original", () => state.set({ side: next(SIDES, state.side) })] as [string, string, () => void]] : []),
+    ["L", "skin or flat map", () => state.set({ view: state.view === "flat" ? "skin" : "flat" })],
     ...(mesh ? [["U", "head or UV layout", () => state.set({ layout: !state.layout })] as [string, string, () => void]] : []),
     ["W", "wireframe", () => state.set({ wireframe: !state.wireframe })],
     ["H", "camera home", () => stage.orbit.reset()],

@@ -1,19 +1,9 @@
 // Named poses, a random one, and the animation through all of them.
 
 import { byId, element } from "./dom";
+import type { Scene } from "./scene";
 import type { State } from "./state";
 
-const both = (name: string, weight: number) => [[`${name}Left`, weight], [`${name}Right`, weight]] as const;
-
-/** Poses of the ARKit shapes, offered where a pack has those. */
-const COMBINED: [string, readonly (readonly [string, number])[]][] = [
-  ["Smile", [...both("mouthSmile", 0.85), ...both("cheekSquint", 0.55), ...both("eyeSquint", 0.35)]],
-  ["Surprise", [["browInnerUp", 0.9], ...both("browOuterUp", 0.9), ...both("eyeWide", 1), ["jawOpen", 0.55]]],
-  ["Anger", [...both("browDown", 1), ...both("noseSneer", 0.65), ...both("eyeSquint", 0.5), ...both("mouthPress", 0.6)]],
-  ["Sadness", [["browInnerUp", 0.9], ...both("mouthFrown", 0.9), ["mouthShrugLower", 0.55], ...both("eyeBlink", 0.22)]],
-  ["Disgust", [...both("noseSneer", 1), ...both("mouthUpperUp", 0.75), ...both("browDown", 0.55)]],
-  ["Kiss", [["mouthPucker", 1], ...both("eyeSquint", 0.3)]],
-];
 const SECONDS_A_POSE = 1.6;
 const GLIDE_SECONDS = 0.35;
 
@@ -28,8 +18,8 @@ export class Poses {
   private readonly play = byId<HTMLButtonElement>("play");
   private gliding = 0;
 
-  constructor(private readonly state: State, expressions: string[]) {
-    this.poses = posesOf(expressions);
+  constructor(private readonly state: State, scene: Scene) {
+    this.poses = posesOf(scene);
     this.select.append(element("option", { value: "" }, "Pose …"), ...this.poses.map(({ name }, k) => element("option", { value: k }, name)));
     this.select.addEventListener("change", () => {
       const pose = this.poses[Number(this.select.value)];
@@ -114,12 +104,10 @@ export class Poses {
   }
 }
 
-function posesOf(expressions: string[]): Pose[] {
-  const combined = COMBINED.filter(([, shapes]) => shapes.every(([name]) => expressions.includes(name)));
-  const single = expressions.map((name): [string, [string, number][]] => [name, [[name, 1]]]);
-  return [...combined, ...single].map(([name, shapes]) => {
-    const weights = new Float32Array(expressions.length);
-    for (const [shape, weight] of shapes) weights[expressions.indexOf(shape)] = weight;
-    return { name, weights };
+function posesOf({ poses, expressions }: Scene): Pose[] {
+  return poses.map(({ name, weights }) => {
+    const all = new Float32Array(expressions.length);
+    for (const [n, weight] of weights) all[n] = weight;
+    return { name, weights: all };
   });
 }

@@ -1,18 +1,23 @@
 // What the page shows, in one place; whoever draws or lists it hears of every change.
 
-export type View = "texture" | "weights" | "differences" | "change" | "error" | "uv";
+/** All maps under light, on their own colours or on grey clay; one map as it is; and what it is made of. */
+export type View = "skin" | "clay" | "flat" | "weights" | "differences" | "change" | "error" | "uv";
 export type Side = "compressed" | "wipe" | "original";
+
+/** Views that have an original side. */
+export const COMPARABLE: View[] = ["skin", "clay", "flat", "change"];
 
 export class State {
   /** Blendshape weights β, one an expression. */
   readonly weights: Float32Array<ArrayBuffer>;
-  view: View = "texture";
+  view: View = "skin";
+  /** Which map, in the views of one. */
+  map = 0;
   /** Which difference texture and channel of the weight maps. */
   slot = 0;
   side: Side = "compressed";
   /** Where the wipe stands, from 0 to 1 of the stage's width; the original is to its left. */
   wipe = 0.5;
-  lit = true;
   layout = false;
   wireframe = false;
   mipmaps = true;
@@ -26,13 +31,27 @@ export class State {
     this.weights = new Float32Array(expressions);
   }
 
+  /** Whether all maps are shown under light. */
+  get lit(): boolean {
+    return !this.layout && (this.view === "skin" || this.view === "clay");
+  }
+
+  /** Whether a single map is seen: what is laid flat is never lit. */
+  get showsMap(): boolean {
+    return !this.lit && this.view !== "weights" && this.view !== "uv";
+  }
+
   onChange(listener: () => void): void {
     this.listeners.push(listener);
   }
 
-  set(change: Partial<Pick<State, "view" | "slot" | "side" | "wipe" | "lit" | "layout" | "wireframe" | "mipmaps" | "exact">>): void {
+  set(change: Partial<Pick<State, "view" | "map" | "slot" | "side" | "wipe" | "layout" | "wireframe" | "mipmaps" | "exact">>): void {
     Object.assign(this, change);
     this.changed();
+  }
+
+  showMap(map: number): void {
+    this.set({ map, ...(this.showsMap ? {} : { view: "flat" }) });
   }
 
   setWeight(n: number, weight: number): void {

@@ -3,6 +3,8 @@
 
 import * as THREE from "three";
 
+/** Texels of a side of the shadow map; fewer where the GPU takes none so large. */
+export const SHADOW_SIZE = 1024;
 /** Colour, strength, and the direction that a light comes from. */
 const LAMPS: [THREE.ColorRepresentation, number, [number, number, number]][] = [
   [0xd5e2ff, 0.6, [1.5, 0.15, 0.75]],
@@ -10,8 +12,8 @@ const LAMPS: [THREE.ColorRepresentation, number, [number, number, number]][] = [
   [0xffe3cf, 1.1, [-1.3, 0.55, -1.05]],
 ];
 
-export function studio(around: THREE.Sphere): THREE.Object3D {
-  const lights = new THREE.Group().add(keyLight(around), new THREE.HemisphereLight(0xe9efff, 0x5a4238, 0.85));
+export function studio(around: THREE.Sphere, largest: number): THREE.Object3D {
+  const lights = new THREE.Group().add(keyLight(around, largest), new THREE.HemisphereLight(0xe9efff, 0x5a4238, 0.85));
   for (const [colour, strength, from] of LAMPS) {
     const lamp = new THREE.DirectionalLight(colour, strength);
     lamp.position.set(...from);
@@ -20,12 +22,12 @@ export function studio(around: THREE.Sphere): THREE.Object3D {
   return lights;
 }
 
-function keyLight({ center, radius }: THREE.Sphere): THREE.Object3D {
+function keyLight({ center, radius }: THREE.Sphere, largest: number): THREE.Object3D {
   const light = new THREE.DirectionalLight(0xfff0e2, 2.3);
   light.position.copy(center).add(new THREE.Vector3(-0.8, 0.85, 1.6).multiplyScalar(2 * radius));
   light.target.position.copy(center);
   light.castShadow = true;
-  light.shadow.mapSize.set(1024, 1024);
+  light.shadow.mapSize.setScalar(Math.min(SHADOW_SIZE, largest));
   light.shadow.radius = 6;
   light.shadow.normalBias = 0.012 * radius;
   light.shadow.bias = -0.0008;

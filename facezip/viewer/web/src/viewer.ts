@@ -3,38 +3,52 @@
 import { measureFrames } from "./bench";
 import { bindControls } from "./controls";
 import { showCosts } from "./costs";
-import { byId } from "./dom";
+import { byId, element } from "./dom";
 import { bindKeys } from "./keys";
 import { Poses } from "./poses";
 import { isSingle, readScene, type Scene } from "./scene";
 import { Sliders } from "./sliders";
 import { Stage } from "./stage";
 import { State } from "./state";
+import { SHADOW_SIZE } from "./studio";
 
 async function start(): Promise<void> {
   const scene = await readScene();
   showFacts(scene);
   const state = new State(scene.expressions.length);
   state.layout = !scene.mesh;
-  const poses = new Poses(state, scene.expressions);
+  const poses = new Poses(state, scene);
   new Sliders(state, scene.expressions, () => poses.stop());
-  bindControls(scene, state);
   const stage = await Stage.open(scene, state);
+  bindControls(stage, state);
   showCosts(scene, stage);
   bindKeys(state, stage, poses);
   // For the console, and for tests.
   Object.assign(globalThis, { facezip: { scene, state, stage, measureFrames: () => measureFrames(stage) } });
+  showLimits(stage);
   byId("status").textContent = "";
   document.body.classList.add("ready");
 }
 
 function showFacts(scene: Scene): void {
-  const [rows, columns] = scene.size;
+  const [rows, columns] = scene.tiles[0].textures[0].size;
+  const names = scene.maps.length > 1 ? `${scene.maps.map(({ name }) => name).join(", ")}, ` : "";
+  const tiles = scene.tiles.length > 1 ? `${scene.tiles.length} tiles of ` : "";
   const mesh = scene.mesh ? `, ${scene.mesh.vertices.toLocaleString("en")} vertices` : "";
   document.title = `${scene.name} · FaceZip`;
   byId("name").textContent = scene.name;
-  byId("facts").textContent = `${scene.expressions.length} expressions, ${columns} × ${rows} texels${mesh}, method ${scene.method}`;
+  byId("facts").textContent = `${scene.expressions.length} expressions, ${names}${tiles}${columns} × ${rows} texels${mesh}, method ${scene.method}`;
   if (isSingle()) byId("licences").removeAttribute("href");
+}
+
+/** What this GPU cannot do, and what is shown instead. */
+function showLimits({ scene, renderer, head, originals, canvas }: Stage): void {
+  const { maxTextureSize } = renderer.capabilities;
+  const say = (text: string) => byId("limits").append(element("li", {}, text));
+  if (head.scale < 1) say(`This GPU has no room for the textures: they are shown at 1/${1 / head.scale} of their size.`);
+  if (scene.mesh && maxTextureSize < SHADOW_SIZE) say(`This GPU takes textures of up to ${maxTextureSize} texels: shadows are coarse.`);
+  if (scene.originals && !originals) say("This GPU draws no floating-point numbers: the originals cannot be shown.");
+  canvas.addEventListener("webglcontextlost", () => say("The GPU has stopped drawing; load the page again."));
 }
 
 start().catch((error: unknown) => {

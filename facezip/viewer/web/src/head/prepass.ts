@@ -1,0 +1,122 @@
+// Once a frame: Σ_n β_n W_n of equation (8), at the low resolution of the weight maps; a layer for every four slots.
+
+import * as THREE from "three";
+import { type HeadDocument, layersOf, type TileEntry } from "./document";
+import { drawInto, quad } from "./quad";
+
+const FRAGMENT = `
+uniform sampler2DArray maps;
+uniform sampler2D blend;
+uniform int first, count, stacked, height;
+uniform vec4 span, offset;
+out vec4 combined;
+void main() {
+  ivec2 texel = ivec2(gl_FragCoord.xy);
+  vec4 sum = vec4(0.0);
+  float total = 0.0;
+  for (int n = 0; n < count; n++) {
+    float beta = texelFetch(blend, ivec2(n, 0), 0).r;
+    if (beta == 0.0) continue;
+    int place = first + n;
+    sum += beta * texelFetch(maps, ivec3(texel.x, place % stacked * height + texel.y, place / stacked), 0);
+    total += beta;
+  }
+  combined = span * sum + offset * total;
+}`;
+
+export interface Prepass {
+  /** Combined weights, to be sampled bilinearly with clamped borders. */
+  readonly combined: THREE.DataArrayTexture;
+  render(weights: Float32Array): void;
+}
+
+/** On the GPU if it draws floating-point numbers, else here, with the same result. */
+export function prepassOf(renderer: THREE.WebGLRenderer, head: HeadDocument, tile: TileEntry, stored: ArrayBuffer): Prepass {
+  const maps = head.uniform ? new Float32Array(stored) : new Uint8Array(stored);
+  const type = floatType(renderer);
+  return type ? new DrawnPrepass(renderer, head, tile, maps, type) : new CountedPrepass(head, tile, maps);
+}
+
+/** The widest floats that can be drawn into and filtered; null for none. */
+export function floatType({ extensions }: THREE.WebGLRenderer): THREE.TextureDataType | null {
+  if (extensions.has("EXT_color_buffer_float")) return extensions.has("OES_texture_float_linear") ? THREE.FloatType : THREE.HalfFloatType;
+  return extensions.has("EXT_color_buffer_half_float") ? THREE.HalfFloatType : null;
+}
+
+class DrawnPrepass implements Prepass {
+  readonly combined: THREE.DataArrayTexture;
+  private readonly blend: THREE.DataTexture;
+  private readonly target: THREE.WebGLArrayRenderTarget;
+  private readonly quads;
+
+  constructor(private readonly renderer: THREE.WebGLRenderer, head: HeadDocument, tile: TileEntry, maps: Float32Array | Uint8Array, type: THREE.TextureDataType) {
+    const [[rows, columns], layers, count] = [tile.weight_size, layersOf(head.slots), head.expressions.length];
+    const { texture, stacked } = inStacks(renderer, maps, rows, columns, layers * count);
+    this.blend = new THREE.DataTexture(new Float32Array(count), count, 1, THREE.RedFormat, THREE.FloatType);
+    this.target = new THREE.WebGLArrayRenderTarget(columns, rows, layers, { type, depthBuffer: false, minFilter: THREE.LinearFilter, magFilter: THREE.LinearFilter });
+    this.combined = this.target.texture as THREE.DataArrayTexture;
+    this.quads = Array.from({ length: layers }, (_, layer) => quad(FRAGMENT, {
+      maps: { value: texture }, blend: { value: this.blend }, first: { value: layer * count }, count: { value: count },
+      stacked: { value: stacked }, height: { value: rows },
+      span: { value: fourOf(tile.weight_span, layer) }, offset: { value: fourOf(tile.weight_offset, layer) },
+    }));
+  }
+
+  render(weights: Float32Array): void {
+    (this.blend.image.data as Float32Array).set(weights);
+    this.blend.needsUpdate = true;
+    this.quads.forEach((one, layer) => drawInto(this.renderer, this.target, layer, () => one.render(this.renderer)));
+  }
+}
+
+class CountedPrepass implements Prepass {
+  readonly combined: THREE.DataArrayTexture;
+  private readonly sums: Float32Array;
+  private readonly halves: Uint16Array<ArrayBuffer>;
+
+  constructor(private readonly head: HeadDocument, private readonly tile: TileEntry, private readonly maps: Float32Array | Uint8Array) {
+    const [rows, columns] = tile.weight_size;
+    this.halves = new Uint16Array(4 * rows * columns * layersOf(head.slots));
+    this.sums = new Float32Array(this.halves.length);
+    this.combined = new THREE.DataArrayTexture(this.halves, columns, rows, layersOf(head.slots));
+    this.combined.type = THREE.HalfFloatType;
+    this.combined.minFilter = this.combined.magFilter = THREE.LinearFilter;
+  }
+
+  render(weights: Float32Array): void {
+    const { sums, maps, head, tile } = this;
+    const [count, one] = [head.expressions.length, 4 * tile.weight_size[0] * tile.weight_size[1]];
+    const step = head.uniform ? 1 : 1 / 255;
+    const total = weights.reduce((sum, beta) => sum + beta, 0);
+    sums.fill(0);
+    for (let layer = 0; layer < layersOf(head.slots); layer++) {
+      for (let n = 0; n < count; n++) {
+        if (weights[n] === 0) continue;
+        const from = (layer * count + n) * one;
+        for (let i = 0, to = layer * one; i < one; i++, to++) sums[to] += weights[n] * step * maps[from + i];
+      }
+    }
+    for (let i = 0; i < sums.length; i++) {
+      const slot = 4 * Math.floor(i / one) + (i & 3);
+      this.halves[i] = THREE.DataUtils.toHalfFloat((tile.weight_span[slot] ?? 0) * sums[i] + (tile.weight_offset[slot] ?? 0) * total);
+    }
+    this.combined.needsUpdate = true;
+  }
+}
+
+// Weight maps one below the other, as they lie in memory, in layers as high as the GPU takes. They are read texel by texel alone: no
+// filter ever reaches from one into the next.
+function inStacks(renderer: THREE.WebGLRenderer, maps: Float32Array | Uint8Array, rows: number, columns: number, images: number) {
+  const limit = renderer.capabilities.maxTextureSize;
+  if (Math.max(rows, columns) > limit) throw new Error(`this GPU takes textures of up to ${limit} texels, a weight map has ${columns} × ${rows}`);
+  const depth = Math.ceil(images / Math.floor(limit / rows));
+  const stacked = Math.ceil(images / depth);
+  const padded = new (maps.constructor as Float32ArrayConstructor)(4 * rows * columns * stacked * depth);
+  padded.set(maps);
+  const texture = new THREE.DataArrayTexture(padded, columns, rows * stacked, depth);
+  texture.type = maps instanceof Float32Array ? THREE.FloatType : THREE.UnsignedByteType;
+  texture.needsUpdate = true;
+  return { texture, stacked };
+}
+
+const fourOf = (values: number[], layer: number) => new THREE.Vector4(...[0, 1, 2, 3].map((i) => values[4 * layer + i] ?? 0));
