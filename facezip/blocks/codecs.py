@@ -23,7 +23,7 @@ from astc_encoder import (
 )
 from numpy.typing import NDArray
 
-from facezip.blocks import bc4 as interpolated
+from facezip.blocks import bc4 as one_channel
 from facezip.files.images import Texels
 from facezip.machine import memory
 
@@ -185,11 +185,11 @@ def _interpolated(name: str, channels: int) -> Codec:
 
     def blocks(texels: NDArray[np.uint8]) -> bytes:
         values = texels[..., :channels].astype(np.float32) / np.float32(255)
-        return np.stack([interpolated.encode(values[..., k]) for k in range(channels)], axis=1).tobytes()
+        return np.stack([one_channel.encode(values[..., k]) for k in range(channels)], axis=1).tobytes()
 
     def texels(stored: bytes, height: int, width: int) -> NDArray[np.uint16]:
         many = np.frombuffer(stored, "<u8").reshape(-1, channels)
-        seen = [interpolated.decode(many[:, k], height, width) for k in range(channels)]
+        seen = [one_channel.decode(many[:, k], height, width) for k in range(channels)]
         return np.rint(np.stack(seen, axis=2) * np.float32(65535)).astype(np.uint16)
 
     return Codec(name, (4, 4), 8 * channels, blocks, texels, channels=channels, sampled=np.uint16)

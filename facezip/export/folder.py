@@ -54,7 +54,7 @@ class Target:
             engine takes no such textures.
         """
         form = self._format(textures)
-        source = read_source(pack, maps)
+        source = read_source(pack, maps, form.normals_alone)
         form.check(source)
         with whole_folder(output, overwrite, is_export) as folder:
             tiles = {str(tile.layout.number): self._tile(source, tile, folder, form) for tile in source.tiles}

@@ -38,12 +38,14 @@ class Format:
     suffix : of the files; ``{codec}`` is the codec's name.
     container : what makes a file of blocks; None for PNG.
     codecs : opens the codecs of blocks.
+    normals_alone : whether its codecs keep normals better where these share with no map.
     """
 
     name: str
     suffix: str
     container: Container | None = None
     codecs: Callable[[], AbstractContextManager[Codecs]] = lambda: nullcontext({})
+    normals_alone: bool = False
 
     def pieces(self, size: tuple[int, int], levels: Levels, codec: str, name: str) -> Pieces:
         """The content of the file of a texture of blocks."""
@@ -68,8 +70,8 @@ class Format:
 
 
 PNG = Format("png", ".png")
-DDS = Format("bc7", ".dds", lambda size, levels, codec, name: dds(size, levels, BLOCKS[codec]), _by_channels)
-KTX2 = Format("bc7", ".ktx2", lambda size, levels, codec, name: ktx2(size, levels, BLOCKS[codec]), _by_channels)
+DDS = Format("bc7", ".dds", lambda size, levels, codec, name: dds(size, levels, BLOCKS[codec]), _by_channels, True)
+KTX2 = Format("bc7", ".ktx2", lambda size, levels, codec, name: ktx2(size, levels, BLOCKS[codec]), _by_channels, True)
 # glTF knows no BC7; its loaders transcode UASTC. The albedo's neutral is also shown on its own, as colour.
 BASIS = Format(
     "uastc", ".ktx2", lambda size, levels, codec, name: ktx2(size, levels, BLOCKS[codec], name == "neutral"), _basis

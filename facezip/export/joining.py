@@ -1,7 +1,7 @@
 """Which maps share textures: those of one tile and size lie side by side in three channels, one fetch gives all.
 
 Two channels of a normal and one of a roughness are one texture. Colours have one of their own, since the means of light
-that their mip-maps hold are no other map's.
+that their mip-maps hold are no other map's. Blocks keep normals best on their own, where that takes no fetch more.
 """
 
 from collections.abc import Iterable, Sequence
@@ -18,23 +18,35 @@ from facezip.machine.rows import by_rows
 CHANNELS = 3
 
 
-def joined(alone: Iterable[Sheet]) -> tuple[Sheet, ...]:
-    """Sheets of one map each, joined where three channels hold more: in their order, each into the first with room."""
-    found: list[list[Sheet]] = []
+def joined(alone: Sequence[Sheet], normals_alone: bool = False) -> tuple[Sheet, ...]:
+    """Sheets of one map each, joined where three channels hold more: in their order, each into the first with room.
+
+    With ``normals_alone`` nothing is joined to normals, unless that made more sheets.
+    """
+    groups = _grouped(alone, normals_alone=False)
+    apart = _grouped(alone, normals_alone=True)
+    if normals_alone and len(apart) <= len(groups):
+        groups = apart
+    return tuple(_side_by_side(sheets) for sheets in groups)
+
+
+def _grouped(alone: Iterable[Sheet], normals_alone: bool) -> list[list[Sheet]]:
+    groups: list[list[Sheet]] = []
     for sheet in alone:
-        room = next((others for others in found if _fits(sheet, others)), None)
+        room = next((others for others in groups if _fits(sheet, others, normals_alone)), None)
         if room is None:
-            found.append([sheet])
+            groups.append([sheet])
         else:
             room.append(sheet)
-    return tuple(_side_by_side(sheets) for sheets in found)
+    return groups
 
 
-def _fits(sheet: Sheet, others: Sequence[Sheet]) -> bool:
+def _fits(sheet: Sheet, others: Sequence[Sheet], normals_alone: bool) -> bool:
     first = others[0]
     alike = (sheet.size, sheet.neutral.dtype) == (first.size, first.neutral.dtype)
     channels = sum(one.channels for one in (sheet, *others))
-    return alike and channels <= CHANNELS and not (sheet.is_colour or first.is_colour)
+    alone = any(one.is_colour or (normals_alone and one.is_normal) for one in (sheet, first))
+    return alike and channels <= CHANNELS and not alone
 
 
 def _side_by_side(sheets: Sequence[Sheet]) -> Sheet:

@@ -43,7 +43,7 @@ def averaged_levels(sheet: Sheet, part: Part, pyramid: Pyramid, codec: Codec) ->
     stored = to_float(sheet.neutral_image())
     for neutral, *differences in zip(*(pyramid.levels(one) for one in (stored, *part.differences)), strict=True):
         mean = codec.round_trip(_bytes_of(neutral))
-        seen = memory.empty((len(differences), *neutral.shape), np.float32)
+        seen = memory.empty((len(differences), *differences[0].shape), np.float32)
         for slot, difference in enumerate(differences):
             seen[slot] = sheet.difference(codec.round_trip(sheet.steps(difference, slot)), slot)
         yield Level(Part(sheet.unpacked(mean), seen))

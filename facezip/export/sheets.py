@@ -68,6 +68,11 @@ class Sheet:
         return self.maps[0][0].encoding == "srgb"
 
     @property
+    def is_normal(self) -> bool:
+        """Whether the first of its maps is one of normals."""
+        return self.maps[0][0].is_normal
+
+    @property
     def span_of_values(self) -> list[tuple[float, ...]]:
         """:attr:`span` in units of the maps: slopes of normals."""
         units = [kind.unit for kind, at in self.maps for _ in range(at.start, at.stop)]

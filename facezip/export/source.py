@@ -97,13 +97,14 @@ class Source:
         return folder if len(self.tiles) == 1 else folder / str(tile.layout.number)
 
 
-def read_source(pack: Path, maps: str = TOGETHER) -> Source:
+def read_source(pack: Path, maps: str = TOGETHER, normals_alone: bool = False) -> Source:
     """Verify a pack and read it for export.
 
     Parameters
     ----------
     pack : its folder.
     maps : ``"together"`` where maps share textures as far as they fit, ``"apart"`` where each has its own.
+    normals_alone : whether normals share with no map as long as that takes no fetch more.
 
     Raises
     ------
@@ -118,7 +119,7 @@ def read_source(pack: Path, maps: str = TOGETHER) -> Source:
     tiles = []
     for layout in manifest.tiles:
         alone = tuple(_alone(stored, layout.number))
-        sheets = joined(alone) if maps == TOGETHER else alone
+        sheets = joined(alone, normals_alone) if maps == TOGETHER else alone
         _check_names(pack, [sheet.name for sheet in sheets])
         tiles.append(
             Tile(
