@@ -5,6 +5,7 @@ import json
 import re
 import shutil
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from facezip.export import TARGETS
 from facezip.files.images import read_texture_exactly
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
+from tests.facezip.conftest import ALBEDO_KEY
 from tests.facezip.export.conftest import layered_model, smooth_model
 
 # The page for browsers has tests of its own: tests/browser and tests/test_view_command.py.
@@ -40,8 +42,7 @@ def run(monkeypatch, capsys):
 @pytest.fixture(scope="module")
 def pack(tmp_path_factory):
     """A pack whose expressions, and whose own name, are no names for files, shells or pages."""
-    model = smooth_model(side=32, weights=4)
-    object.__setattr__(model, "expressions", NASTY)
+    model = replace(smooth_model(side=32, weights=4), expressions=NASTY)
     path = tmp_path_factory.mktemp("packs") / "me.facezip"
     write_pack(model, path, name='../"><script>x</script>')
     return path
@@ -50,9 +51,7 @@ def pack(tmp_path_factory):
 @pytest.fixture(scope="module")
 def layered(tmp_path_factory):
     """The same with several maps, on two tiles."""
-    model = layered_model(smooth_model, tiles=(1001, 1002), side=32, weights=4)
-    for part in model.parts.values():
-        object.__setattr__(part, "expressions", NASTY)
+    model = replace(layered_model(smooth_model, tiles=(1001, 1002), side=32, weights=4), expressions=NASTY)
     path = tmp_path_factory.mktemp("packs") / "me.facezip"
     write_pack(model, path, name='../"><script>x</script>')
     return path
@@ -132,20 +131,21 @@ def test_reconstruction_by_the_document_alone_is_the_pack(exported, pack):
     h, w = weights["size"]
     tile = read_texture_exactly(folder / weights["file"])[row * h : (row + 1) * h, column * w : (column + 1) * w] / 255
     tile = tile * weights["scale"] + weights["offset"]
-    np.testing.assert_allclose(tile, model.weights[2], atol=1e-5)
+    np.testing.assert_allclose(tile, model.weights[1001][2], atol=1e-5)
+    part = model.parts[ALBEDO_KEY]
     for i in range(4):
         entry = textures[f"difference_{i}"]
         values = (read_texture_exactly(folder / entry["file"]) / 255 - entry["zero"]) * entry["scale"]
-        np.testing.assert_allclose(values, model.differences[i], atol=1e-5)
-    np.testing.assert_allclose(texture, model.neutral, atol=1e-6)
+        np.testing.assert_allclose(values, part.differences[i], atol=1e-5)
+    np.testing.assert_allclose(texture, part.neutral, atol=1e-6)
 
 
 @pytest.mark.parametrize("target", [target for target in TARGETS if target != "web"])
 def test_a_damaged_pack_is_refused_as_verify_refuses_it(pack, tmp_path, target):
     shutil.copytree(pack, tmp_path / "spoilt")
-    content = bytearray((tmp_path / "spoilt" / "difference_1.png").read_bytes())
+    content = bytearray((tmp_path / "spoilt" / "albedo.1001.difference_1.png").read_bytes())
     content[len(content) // 2] ^= 1
-    (tmp_path / "spoilt" / "difference_1.png").write_bytes(content)
+    (tmp_path / "spoilt" / "albedo.1001.difference_1.png").write_bytes(content)
     with pytest.raises(FaceZipError) as caught:
         read_pack(tmp_path / "spoilt")
     with pytest.raises(FaceZipError) as mine:

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
-from facezip.blocks.codecs import Codec
+from facezip.blocks.codecs import Codec, of_library
 from facezip.errors import ErrorCode, FaceZipError
 
 PACKAGE = "ktx2-encoder"
@@ -65,7 +65,7 @@ def _codec(encoder: subprocess.Popen[bytes]) -> Codec:
         bgra[0::4], bgra[2::4] = rgba[2::4], rgba[0::4]
         return bytes(bgra)
 
-    return Codec("uastc", (4, 4), 16, encode, decode)
+    return of_library("uastc", (4, 4), 16, encode, decode, band=0)
 
 
 def _ask(encoder: subprocess.Popen[bytes], question: bytes, texels: int) -> tuple[bytes, bytes]:

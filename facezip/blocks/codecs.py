@@ -1,10 +1,10 @@
 """Block codecs of GPUs, each as the round trip that a texture makes: 8-bit texels in, what a sampler sees out.
 
 Encoders and decoders are kept libraries: astcenc for ASTC, etcpak for BC1 and BC7, texture2ddecoder for decoding all of
-them. All store the alpha of an RGB texture as opaque.
+them; all store the alpha of an RGB texture as opaque. BC4 and BC5 are coded here (:mod:`facezip.blocks.bc4`).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 
@@ -23,6 +23,10 @@ from astc_encoder import (
 )
 from numpy.typing import NDArray
 
+from facezip.blocks import bc4 as one_channel
+from facezip.files.images import Texels
+from facezip.machine import memory
+
 EFFORTS = {
     "fast": ASTCQualityPreset.FAST,
     "medium": ASTCQualityPreset.MEDIUM,
@@ -30,7 +34,13 @@ EFFORTS = {
 }
 ASTC_BLOCKS = ((4, 4), (5, 5), (6, 6), (8, 6), (8, 8), (10, 8), (10, 10), (12, 10), (12, 12))
 
-Bytes = Callable[[bytes, int, int], bytes]
+# Texels ``(H, W, C)`` of whole blocks to bytes, and bytes and rows and columns to what a sampler sees.
+Encode = Callable[[NDArray[np.uint8]], bytes]
+Decode = Callable[[bytes, int, int], Texels]
+# Of libraries: RGBA texels, width and height to blocks; blocks, width and height to BGRA texels.
+LibraryCall = Callable[[bytes, int, int], bytes]
+# Rows of texels that are coded at a time, or a little fewer.
+BAND = 32
 
 
 @dataclass(frozen=True)
@@ -42,48 +52,62 @@ class Codec:
     name : ``"raw"``, ``"bc1"``, ``"bc7"``, ``"astc_6x6"`` ...
     block : width and height of a block in texels.
     block_bytes : bytes of a block.
-    encode, decode : RGBA texels, width and height to blocks; blocks, width and height to BGRA texels. None for raw.
+    encode, decode : of whole blocks; None for raw.
+    channels : how many it keeps, the first of a texture.
+    sampled : the type of what a sampler sees; uint16 where it interpolates more finely than 8 bits.
+    band : rows that are coded at a time; 0 for whole textures.
     """
 
     name: str
     block: tuple[int, int]
     block_bytes: int
-    encode: Bytes | None = None
-    decode: Bytes | None = None
+    encode: Encode | None = None
+    decode: Decode | None = None
+    channels: int = 3
+    sampled: type[np.uint8] | type[np.uint16] = np.uint8
+    band: int = BAND
 
     def bytes_of(self, height: int, width: int) -> int:
         """Bytes of one texture."""
         return -(-width // self.block[0]) * -(-height // self.block[1]) * self.block_bytes
 
-    def round_trip(self, texels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """What the GPU gives back of ``(H, W, C)`` texels, C ≤ 3; one channel is coded as grey."""
+    def round_trip(self, texels: NDArray[np.uint8]) -> Texels:
+        """What the GPU gives back of ``(H, W, C)`` texels, C ≤ 3, of the channels that are kept."""
         return texels if self.encode is None else self.load(self.store(texels), texels.shape)
 
-    def store(self, texels: NDArray[np.uint8]) -> bytes:
-        """The blocks of ``(H, W, C)`` texels, C ≤ 3, row by row; raw texels as they lie."""
+    def store(self, texels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """The bytes of ``(H, W, C)`` texels, C ≤ 3, blocks row by row; one channel is grey; raw texels stay as is."""
         if self.encode is None:
-            return np.ascontiguousarray(texels).tobytes()
-        height, width, _ = texels.shape
-        padded = np.empty((self._whole(height, 1), self._whole(width, 0), 4), np.uint8)
-        padded[:height, :width, :3] = texels
-        # Blocks at the border hold more of the same rather than black.
-        padded[height:, :width, :3] = texels[-1]
-        padded[:, width:, :3] = padded[:, width - 1 : width, :3]
-        padded[..., 3] = 255
-        return self.encode(padded.tobytes(), padded.shape[1], padded.shape[0])
+            return np.ascontiguousarray(texels).reshape(-1)
+        stored: NDArray[np.uint8] = memory.empty((self.bytes_of(*texels.shape[:2]),), np.uint8)
+        across, down = self.block
+        for rows, place in self._bands(*texels.shape[:2]):
+            band = texels[rows]
+            # Blocks at the border hold more of the same rather than black.
+            past = (0, -len(band) % down), (0, -band.shape[1] % across), (0, 0)
+            stored[place] = np.frombuffer(self.encode(np.pad(band, past, mode="edge")), np.uint8)
+            memory.ease()
+        return stored
 
-    def load(self, stored: bytes, shape: tuple[int, ...]) -> NDArray[np.uint8]:
-        """The ``(H, W, C)`` texels of such blocks."""
-        height, width, channels = shape
+    def load(self, stored: NDArray[np.uint8], shape: tuple[int, ...]) -> Texels:
+        """The ``(H, W, C)`` texels of such bytes, of the channels that are kept."""
         if self.decode is None:
-            return np.frombuffer(stored, np.uint8).reshape(shape)
-        rows, columns = self._whole(height, 1), self._whole(width, 0)
-        decoded = np.frombuffer(self.decode(stored, columns, rows), np.uint8).reshape(rows, columns, 4)
-        rgb: NDArray[np.uint8] = decoded[:height, :width, 2::-1][..., :channels]
-        return rgb
+            return stored.reshape(shape)
+        height, width, channels = shape
+        texels: Texels = memory.empty((height, width, min(channels, self.channels)), self.sampled)
+        for rows, place in self._bands(height, width):
+            band = self.decode(stored[place].tobytes(), rows.stop - rows.start, width)
+            texels[rows] = band[..., : texels.shape[2]]
+            memory.ease()
+        return texels
 
-    def _whole(self, size: int, axis: int) -> int:
-        return -(-size // self.block[axis]) * self.block[axis]
+    def _bands(self, height: int, width: int) -> Iterator[tuple[slice, slice]]:
+        """Rows of texels, and where their blocks are."""
+        step = self.band // self.block[1] * self.block[1] or height
+        for top in range(0, height, step):
+            bottom = min(top + step, height)
+            start = self.bytes_of(top, width)
+            yield slice(top, bottom), slice(start, start + self.bytes_of(bottom - top, width))
 
 
 def raw(channels: int) -> Codec:
@@ -93,7 +117,17 @@ def raw(channels: int) -> Codec:
 
 def bc1() -> Codec:
     """BC1: half a byte a texel, on every desktop."""
-    return Codec("bc1", (4, 4), 8, etcpak.compress_bc1, texture2ddecoder.decode_bc1)
+    return of_library("bc1", (4, 4), 8, etcpak.compress_bc1, texture2ddecoder.decode_bc1)
+
+
+def bc4() -> Codec:
+    """BC4: half a byte a texel of one channel, on every desktop."""
+    return _interpolated("bc4", 1)
+
+
+def bc5() -> Codec:
+    """BC5: one byte a texel of two channels that are independent of each other, on every desktop."""
+    return _interpolated("bc5", 2)
 
 
 def bc7() -> Codec:
@@ -104,7 +138,7 @@ def bc7() -> Codec:
     def encode(texels: bytes, width: int, height: int) -> bytes:
         return etcpak.compress_bc7(texels, width, height, parameters)
 
-    return Codec("bc7", (4, 4), 16, encode, texture2ddecoder.decode_bc7)
+    return of_library("bc7", (4, 4), 16, encode, texture2ddecoder.decode_bc7)
 
 
 def astc(block: tuple[int, int], effort: str = "medium") -> Codec:
@@ -117,10 +151,45 @@ def astc(block: tuple[int, int], effort: str = "medium") -> Codec:
     def decode(stored: bytes, width: int, height: int) -> bytes:
         return texture2ddecoder.decode_astc(stored, width, height, *block)
 
-    return Codec(f"astc_{block[0]}x{block[1]}", block, 16, encode, decode)
+    return of_library(f"astc_{block[0]}x{block[1]}", block, 16, encode, decode)
 
 
 @cache
 def _astc_context(block: tuple[int, int], effort: str) -> ASTCContext:
     # One thread: with more the encoder's blocks are the same, but it is hardly faster.
     return ASTCContext(ASTCConfig(ASTCProfile.LDR, *block, 1, EFFORTS[effort], ASTCConfigFlags(0)))
+
+
+def of_library(
+    name: str, block: tuple[int, int], block_bytes: int, encode: LibraryCall, decode: LibraryCall, band: int = BAND
+) -> Codec:
+    """A codec whose encoder takes RGBA texels and whose decoder gives BGRA texels, both of whole blocks."""
+    across, down = block
+
+    def blocks(texels: NDArray[np.uint8]) -> bytes:
+        height, width, _ = texels.shape
+        rgba = np.full((height, width, 4), 255, np.uint8)
+        rgba[..., :3] = texels
+        return encode(rgba.tobytes(), width, height)
+
+    def texels(stored: bytes, height: int, width: int) -> NDArray[np.uint8]:
+        rows, columns = -(-height // down) * down, -(-width // across) * across
+        bgra = np.frombuffer(decode(stored, columns, rows), np.uint8).reshape(rows, columns, 4)
+        return bgra[:height, :width, 2::-1]
+
+    return Codec(name, block, block_bytes, blocks, texels, band=band)
+
+
+def _interpolated(name: str, channels: int) -> Codec:
+    """BC4, or as many blocks of it beside each other as there are channels."""
+
+    def blocks(texels: NDArray[np.uint8]) -> bytes:
+        values = texels[..., :channels].astype(np.float32) / np.float32(255)
+        return np.stack([one_channel.encode(values[..., k]) for k in range(channels)], axis=1).tobytes()
+
+    def texels(stored: bytes, height: int, width: int) -> NDArray[np.uint16]:
+        many = np.frombuffer(stored, "<u8").reshape(-1, channels)
+        seen = [one_channel.decode(many[:, k], height, width) for k in range(channels)]
+        return np.rint(np.stack(seen, axis=2) * np.float32(65535)).astype(np.uint16)
+
+    return Codec(name, (4, 4), 8 * channels, blocks, texels, channels=channels, sampled=np.uint16)

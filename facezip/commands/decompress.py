@@ -9,6 +9,7 @@ from facezip.character.maps import Map
 from facezip.commands import options
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.writing import whole_folder
+from facezip.machine.memory import beside, limited
 from facezip.machine.progress import track
 from facezip.pack.model import CompressedTextures
 from facezip.pack.read import read_pack
@@ -21,16 +22,31 @@ BLEND_FILE = "blend"
 @click.option("-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder for the textures.")
 @click.option("--expression", "names", multiple=True, metavar="NAME", help="Only this expression; may be repeated.")
 @click.option("--blend", metavar="NAME=0.5,NAME=1", help=f"One blend of expressions, as {BLEND_FILE}.png.")
+@options.memory
 @options.overwrite
 @options.as_json
 def command(
-    pack: Path, output: Path, names: tuple[str, ...], blend: str | None, overwrite: bool, as_json: bool
+    pack: Path,
+    output: Path,
+    names: tuple[str, ...],
+    blend: str | None,
+    memory: int | None,
+    overwrite: bool,
+    as_json: bool,
 ) -> None:
     """Write the textures of PACK as PNG at full size: every expression, those named, or one blend (equation 8).
 
     Of a pack with several maps or tiles, all of them: NAME.png, NAME.normal.png, NAME.1002.png … ; floats that were
     kept beyond 0..1 as OpenEXR.
     """
+    with limited(memory, beside(output)):
+        textures = _decompress(pack, output, names, blend, overwrite)
+    document = {"output": str(output), "textures": textures}
+    options.answer(document, as_json, lambda: [f"{output}: {len(textures)} texture(s)"])
+
+
+def _decompress(pack: Path, output: Path, names: tuple[str, ...], blend: str | None, overwrite: bool) -> list[str]:
+    """Write the textures; the names of their files."""
     model = read_pack(pack)
     blends = _blends(model, names, blend)
     known = {stem for name in (*model.expressions, BLEND_FILE) for stem in _stems(model, name).values()}
@@ -45,8 +61,7 @@ def command(
                 key = kind.name, tile
                 texels = model.texels(blends[name], key)
                 textures.append(write_map(folder / stem, texels, kind, model.parts[key].bits).name)
-    document = {"output": str(output), "textures": textures}
-    options.answer(document, as_json, lambda: [f"{output}: {len(textures)} texture(s)"])
+    return textures
 
 
 def _stems(model: CompressedTextures, name: str) -> dict[tuple[Map, int], str]:

@@ -12,6 +12,8 @@ from facezip.character.loading import load_character
 from facezip.commands import options
 from facezip.commands.words import megabytes
 from facezip.export import TARGETS
+from facezip.export.source import APART, TOGETHER
+from facezip.machine.memory import beside, limited
 
 MIPS = {
     "plain": "as engines make them of PNGs",
@@ -29,11 +31,18 @@ MIPS = {
 @click.option(
     "--textures",
     type=click.Choice(["png", "dds", "ktx2"]),
-    help="Of neutrals and differences: png (default), or blocks with fitted mip-maps: BC7, in ktx2 for gltf UASTC.",
+    help="Of neutrals and differences: png (default), or blocks with fitted mip-maps: BC7, for gltf UASTC.",
 )
 @click.option(
     "--character", type=options.FOLDER, metavar="FOLDER", help="Its originals come along, to compare with (web)."
 )
+@click.option(
+    "--maps",
+    type=click.Choice([TOGETHER, APART]),
+    help="Whether maps share textures as far as they fit, with the fewest fetches (default), or have their own, in "
+    "blocks with smaller errors: normals BC5, single numbers BC4.",
+)
+@options.memory
 @options.overwrite
 @options.as_json
 def command(
@@ -42,6 +51,8 @@ def command(
     output: Path,
     textures: str | None,
     character: Path | None,
+    maps: str | None,
+    memory: int | None,
     overwrite: bool,
     as_json: bool,
 ) -> None:
@@ -51,13 +62,16 @@ def command(
     Of several maps all are written, of several UDIM tiles each into a folder of its number.
     For web it is the viewer as one HTML file that opens from disk.
     """
-    given: dict[str, Any] = {"textures": textures, "character": character}
+    given: dict[str, Any] = {"textures": textures, "character": character, "maps": maps}
     given = {name: value for name, value in given.items() if value is not None}
     for name in given.keys() - signature(TARGETS[target]).parameters.keys():
         raise click.UsageError(f"--{name} says nothing to --to {target}: leave it out")
+    if memory and target == "web":
+        raise click.UsageError("--memory says nothing to --to web, which is one page: leave it out")
     if character:
         given["character"] = load_character(character)
-    document = TARGETS[target](pack, output, overwrite=overwrite, **given)
+    with limited(memory, beside(output)):
+        document = TARGETS[target](pack, output, overwrite=overwrite, **given)
     options.answer(document, as_json, lambda: _lines(document))
 
 
@@ -66,17 +80,17 @@ def _lines(document: Mapping[str, Any]) -> list[str]:
     lines = [f"{document['output']}: {megabytes(document['bytes'])}"]
     tiles = [*document.get("tiles", {"": document}).values()]
     for name in tiles[0].get("maps", {}):
-        lines += _map_lines(name, tiles[0]["codec"]["name"], [tile["maps"][name] for tile in tiles])
+        lines += _map_lines(name, [tile["maps"][name] for tile in tiles])
     return lines
 
 
-def _map_lines(name: str, codec: str, tiles: Sequence[Mapping[str, Any]]) -> list[str]:
+def _map_lines(name: str, tiles: Sequence[Mapping[str, Any]]) -> list[str]:
     measure, unit = ("angular_error", "degrees") if tiles[0]["encoding"] == "normal" else ("rmse", "of 255")
     lines = []
     if "codec" in tiles[0]:
         adds, without = (fmean(tile["codec"][key] for tile in tiles) for key in (measure, f"{measure}_without_fit"))
         lines.append(
-            f"  {name}: {codec} adds {adds:.2f} {unit} to the expressions "
+            f"  {name}: {tiles[0]['codec']['name']} adds {adds:.2f} {unit} to the expressions "
             f"({without:.2f} without fitting each texture to what was lost of the others)"
         )
     levels = list(zip(*(tile["mips"][1:5] for tile in tiles), strict=False))

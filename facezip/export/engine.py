@@ -2,10 +2,11 @@
 
 from pathlib import Path
 
+from facezip.export.formats import Format
 from facezip.export.gltf import GLB_FILE, write_glb
-from facezip.export.maps import Format
-from facezip.export.shaders import Dialect, render, shader_words
+from facezip.export.shaders import render, shader_words
 from facezip.export.source import Source
+from facezip.export.words import Dialect
 
 
 def write_text(folder: Path, files: dict[str, str], words: dict[str, object]) -> None:
@@ -23,6 +24,8 @@ def write_head(
     ``jointed`` is that of :func:`facezip.export.gltf.write_glb`.
     """
     tiles = [tile.layout.number for tile in source.tiles]
-    write_text(folder, files, shader_words(source.tiles[0], dialect) | {"suffix": form.suffix, "tiles": tiles})
-    if source.surface.meshes is not None:
+    write_text(
+        folder, files, shader_words(source.tiles[0], dialect) | {"suffix": form.suffix_of(form.name), "tiles": tiles}
+    )
+    if source.geometry is not None:
         write_glb(source, folder / GLB_FILE, jointed=jointed)

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.export.maps import Format, write_maps
-from facezip.export.source import Source, Tile, read_source
+from facezip.export.formats import Format
+from facezip.export.source import TOGETHER, Source, Tile, read_source
+from facezip.export.textures import write_maps
 from facezip.files.writing import whole_folder
 from facezip.pack.footprint import SLOTS_PER_LAYER
 
@@ -35,8 +36,12 @@ class Target:
     write_head: Callable[[Source, Path, Format], None]
     upside_down: bool = False
 
-    def __call__(self, pack: Path, output: Path, *, textures: str = "png", overwrite: bool = False) -> dict[str, Any]:
+    def __call__(
+        self, pack: Path, output: Path, *, textures: str = "png", maps: str = TOGETHER, overwrite: bool = False
+    ) -> dict[str, Any]:
         """Export a pack into the folder ``output``; of several tiles, each into a folder of its number in there.
+
+        ``textures`` is one of ``formats``, and ``maps`` as of :func:`facezip.export.source.read_source`.
 
         Returns
         -------
@@ -45,11 +50,11 @@ class Target:
         Raises
         ------
         FaceZipError
-            What :func:`facezip.read_surface` and :mod:`facezip.files.writing` raise; ``BAD_VALUE`` where the
+            What :func:`facezip.read_pack` and :mod:`facezip.files.writing` raise; ``BAD_VALUE`` where the
             engine takes no such textures.
         """
         form = self._format(textures)
-        source = read_source(pack)
+        source = read_source(pack, maps, form.normals_alone)
         form.check(source)
         with whole_folder(output, overwrite, is_export) as folder:
             tiles = {str(tile.layout.number): self._tile(source, tile, folder, form) for tile in source.tiles}
@@ -87,8 +92,8 @@ def describe(tile: Tile) -> dict[str, Any]:
         "name": tile.name,
         "tile": tile.layout.number,
         "resolution": list(first.size),
-        "channels": first.model.neutral.shape[2],
-        "layers": -(-len(tile.layout.weight_scale) // SLOTS_PER_LAYER),
+        "channels": first.channels,
+        "layers": -(-len(tile.layout.weight_span) // SLOTS_PER_LAYER),
         "weight_size": list(tile.layout.weight_size),
         "order": list(tile.expressions),
         "expressions": {

@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.gltf import CLAMPED, add_mesh, skin, start
-from facezip.character.neutrals import packed_neutral
+from facezip.character.neutrals import packed_neutral, unpacked_neutral
 from facezip.export.folder import Target
-from facezip.export.maps import BASIS, PNG, Format
+from facezip.export.formats import BASIS, PNG, Format
 from facezip.export.shaders import GLSL, HLSL, render, shader, shader_words
 from facezip.export.source import Source, Tile
 from facezip.files.glb import VERTICES, GlbBuilder
 from facezip.files.images import Texels, png
+from facezip.machine.rows import by_rows
 
 GLB_FILE = "head.glb"
 JOINT = "head_joint"
@@ -35,7 +36,7 @@ def write_glb(source: Source, file: Path, basis: Path | None = None, jointed: bo
     jointed : whether the head hangs on one joint, for programs that keep morph targets of skinned meshes alone.
     """
     glb = start(source.name)
-    primitives = add_mesh(glb, source.name, source.meshes, source.surface.expressions, source.charts)
+    primitives = add_mesh(glb, source.name, source.meshes, source.expressions, source.charts)
     if jointed:
         _add_joint(glb, primitives)
     glb.document |= {"samplers": CLAMPED, "textures": [], "materials": []}
@@ -45,7 +46,7 @@ def write_glb(source: Source, file: Path, basis: Path | None = None, jointed: bo
         glb.document["materials"].append(_material(glb, tile, f"neutral{several}", several, albedo))
     if basis:
         glb.document |= {key: [BASIS_EXTENSION] for key in ("extensionsUsed", "extensionsRequired")}
-    file.write_bytes(glb.finish().to_bytes())
+    glb.finish().write(file)
 
 
 def _add_joint(glb: GlbBuilder, primitives: list[dict[str, Any]]) -> None:
@@ -74,7 +75,8 @@ def _material(glb: GlbBuilder, tile: Tile, name: str, several: str, albedo: Path
     if "roughness" in tile.known:
         grey = _stored(tile, "roughness")
         # Green is roughness there, and blue metalness.
-        roughness = _image(glb, f"roughness{several}", np.concatenate([grey, grey, np.zeros_like(grey)], axis=2))
+        green = by_rows(lambda rows: grey[rows] * np.array([1, 1, 0], grey.dtype), (*grey.shape[:2], 3), grey.dtype)
+        roughness = _image(glb, f"roughness{several}", green)
     material = skin(name, color, normal, roughness)
     return {**material, "extras": {"tile": tile.layout.number}} if several else material
 
@@ -83,8 +85,11 @@ def _stored(tile: Tile, name: str) -> Texels:
     """The neutral of a map as an image, what lies outside the chart replaced by what is nearest inside."""
     sheet, at = tile.sheet_of(name)
     kind = next(kind for kind in tile.maps if kind.name == name)
-    stored: NDArray[Any] = packed_neutral(sheet.model.neutral[..., at], kind, sheet.neutral_bits)
-    filled: Texels = sheet.fill(stored)
+    # Of normals, whose third number is not stored.
+    whole: NDArray[Any] = packed_neutral(
+        unpacked_neutral(sheet.neutral[..., at], kind), kind, 8 * sheet.neutral.itemsize
+    )
+    filled: Texels = sheet.fill(whole)
     return filled
 
 
@@ -106,7 +111,7 @@ def _write_tile(tile: Tile, folder: Path) -> None:
 def _write_head(source: Source, folder: Path, form: Format) -> None:
     write_glb(source, folder / GLB_FILE, folder if form is BASIS else None)
     words = shader_words(source.tiles[0], GLSL)
-    words |= {"suffix": form.suffix, "tiles": [tile.layout.number for tile in source.tiles]}
+    words |= {"suffix": form.suffix_of(form.name), "tiles": [tile.layout.number for tile in source.tiles]}
     (folder / "GUIDE.md").write_text(render("gltf/guide.j2", **words), encoding="utf-8")
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from facezip.export.engine import write_head, write_text
 from facezip.export.folder import Target
-from facezip.export.maps import DDS, KTX2, PNG, Format
+from facezip.export.formats import DDS, KTX2, PNG, Format
 from facezip.export.shaders import GLSL, render, shader_words
 from facezip.export.source import Source, Tile
 

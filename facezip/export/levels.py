@@ -1,19 +1,22 @@
 """All levels of a sheet's textures as they lie in an engine's memory, fitted to what a block codec keeps of them."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facezip.blocks.codecs import Codec
 from facezip.character.samples import Samples
+from facezip.export.fill import Fill
 from facezip.export.mips import WIDE, Pyramid
-from facezip.export.sheets import Fill, Sheet
-from facezip.files.images import to_float
+from facezip.export.sheets import Sheet, in_bytes
+from facezip.files.images import Texels, to_float
 from facezip.fit.sweep import solve_texture
+from facezip.machine import memory
 from facezip.machine.progress import track
-from facezip.pack.model import CompressedTextures
+from facezip.machine.rows import by_rows, map_rows, sum_rows
+from facezip.pack.model import Part, blended_rows
 
 
 @dataclass
@@ -22,28 +25,33 @@ class Level:
 
     Attributes
     ----------
-    neutral, differences : ``(h, w, C)`` and ``(R, h, w, C)`` float32, fitted texels.
+    part : neutral ``(h, w, C)`` and differences ``(R, h, w, C)``, texels.
     stored : the codec's bytes, by the names of the sheet's textures.
     loss : by the same names, the RMSE that storing added to a texture, in units of its 0..255 texels inside the chart.
     """
 
-    neutral: NDArray[np.float32]
-    differences: NDArray[np.float32]
-    stored: dict[str, bytes] = field(default_factory=dict)
+    part: Part
+    stored: dict[str, NDArray[np.uint8]] = field(default_factory=dict)
     loss: dict[str, float] = field(default_factory=dict)
 
 
-def averaged_levels(sheet: Sheet, pyramid: Pyramid, codec: Codec) -> Iterator[Level]:
-    """What engines make by themselves: every texture averaged as plain numbers, and then stored."""
-    stored = to_float(sheet.packed(sheet.model.neutral, sheet.neutral_bits))
-    for neutral, *differences in zip(*(pyramid.levels(one) for one in (stored, *sheet.model.differences)), strict=True):
-        seen = sheet.unpacked(codec.round_trip(np.rint(neutral * 255).astype(np.uint8)))
-        steps = [codec.round_trip(sheet.steps(one, slot)) for slot, one in enumerate(differences)]
-        yield Level(seen, np.stack([sheet.difference(one, slot) for slot, one in enumerate(steps)]))
+def averaged_levels(sheet: Sheet, part: Part, pyramid: Pyramid, codec: Codec) -> Iterator[Level]:
+    """What engines make by themselves: every texture averaged as plain numbers, and then stored.
+
+    ``part`` is the pack's, from :meth:`facezip.export.sheets.Sheet.dequantised`.
+    """
+    stored = to_float(sheet.neutral_image())
+    for neutral, *differences in zip(*(pyramid.levels(one) for one in (stored, *part.differences)), strict=True):
+        mean = codec.round_trip(_bytes_of(neutral))
+        seen = memory.empty((len(differences), *differences[0].shape), np.float32)
+        for slot, difference in enumerate(differences):
+            seen[slot] = sheet.difference(codec.round_trip(sheet.steps(difference, slot)), slot)
+        yield Level(Part(sheet.unpacked(mean), seen))
 
 
 def fitted_levels(
     sheet: Sheet,
+    part: Part,
     pyramid: Pyramid,
     plain: Sequence[Level],
     stacks: Sequence[NDArray[np.uint16]],
@@ -54,34 +62,47 @@ def fitted_levels(
 
     Parameters
     ----------
-    sheet : the maps.
+    sheet, part : the maps, and what the pack holds of them.
     pyramid : which texels count.
     plain : every texture averaged on its own; where expressions do not say what is better, it stays so.
     stacks : how every expression should look, from :func:`facezip.export.mips.targets`.
     codec : how textures are stored.
     upside_down : whether ``stored`` begins with the last row, for engines that keep textures so.
     """
-    neutrals = list(pyramid.looks(sheet, sheet.model.neutral))
-    for number, neutral in enumerate(track(neutrals, "Coding", len(neutrals))):
-        store = _Store(codec, pyramid.shares[number] > 0, upside_down)
-        yield _fit(sheet, neutral, plain[number].differences, stacks[number], pyramid.fills[number], store)
+    weights = sheet.weights.transpose(1, 3, 0, 2)
+    maps = by_rows(lambda rows: weights[rows], weights.shape, np.float32)
+    for number, look in enumerate(track(pyramid.looks(sheet, part.neutral), "Coding", len(pyramid.sizes))):
+        store = _Store(codec, pyramid.shares[number], upside_down)
+        yield _fit(sheet, look, plain[number].part.differences, stacks[number], maps, pyramid.fills[number], store)
+
+
+def _bytes_of(texels: NDArray[np.float32]) -> NDArray[np.uint8]:
+    return by_rows(lambda rows: np.rint(texels[rows] * 255), texels.shape, np.uint8)
 
 
 class _Store:
     """Codes textures of one level, and remembers the bytes and what they lost."""
 
-    def __init__(self, codec: Codec, covered: NDArray[np.bool_], upside_down: bool) -> None:
-        self._codec, self.covered, self._turn = codec, covered, -1 if upside_down else 1
-        self.stored: dict[str, bytes] = {}
+    def __init__(self, codec: Codec, share: NDArray[np.float32], upside_down: bool) -> None:
+        self._codec, self._share, self._turn = codec, share, -1 if upside_down else 1
+        self.stored: dict[str, NDArray[np.uint8]] = {}
         self.loss: dict[str, float] = {}
 
-    def __call__(self, name: str, texels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    def __call__(self, name: str, texels: NDArray[np.uint8]) -> Texels:
         """What a sampler sees of ``(h, w, C)`` texels."""
         self.stored[name] = self._codec.store(texels[:: self._turn])
-        seen = self._codec.load(self.stored[name], texels.shape)[:: self._turn]
-        gap = seen.astype(np.float32) - texels
-        self.loss[name] = float(np.sqrt(np.square(gap[self.covered]).mean()))
+        seen: Texels = self._codec.load(self.stored[name], texels.shape)[:: self._turn]
+        self.loss[name] = self._rmse(seen, texels)
         return seen
+
+    def _rmse(self, seen: Texels, texels: NDArray[np.uint8]) -> float:
+        def block(top: int, bottom: int) -> NDArray[np.float64]:
+            covered, rows = self._share[top:bottom] > 0, slice(top, bottom)
+            gap = in_bytes(seen[rows][covered]) - texels[rows][covered][..., : seen.shape[2]]
+            return np.array([np.square(gap).sum(dtype=np.float64), gap.size])
+
+        squares, count = sum_rows(block, len(texels))
+        return float(np.sqrt(squares / count))
 
 
 def _fit(
@@ -89,34 +110,51 @@ def _fit(
     look: NDArray[np.float32],
     plain: NDArray[np.float32],
     stack: NDArray[np.uint16],
+    weights: NDArray[np.float32],
     fill: Fill,
     store: _Store,
 ) -> Level:
     """One level: the neutral first, then each difference as ``plain`` with a correction for what is still wrong."""
     first, *names = sheet.textures
-    neutral = sheet.unpacked(store(first, sheet.packed(look, 8).astype(np.uint8)))
-    level = Level(neutral, np.zeros_like(plain), store.stored, store.loss)
-    samples = _wrong(as_model(sheet, Level(level.neutral, plain)), stack, store.covered)
-    weights = np.ascontiguousarray(sheet.model.weights.transpose(1, 3, 0, 2))
-    corrections = np.zeros_like(plain)
+    neutral = sheet.unpacked(store(first, sheet.packed(look)))
+    seen, corrections = memory.zeros(plain.shape, np.float32), memory.zeros(plain.shape, np.float32)
+    samples = _wrong(sheet, Part(neutral, plain), stack, fill)
     for slot, name in reversed([*enumerate(names)]):
-        correction = solve_texture(samples, weights, corrections, slot)
-        texels = sheet.steps(fill(plain[slot] + correction), slot)
-        level.differences[slot] = sheet.difference(store(name, texels), slot)
-        corrections[slot] = level.differences[slot] - plain[slot]
-    return level
+        wanted = fill(_sum(plain[slot], solve_texture(samples, weights, corrections, slot)))
+        _put(sheet.difference(store(name, sheet.steps(wanted, slot)), slot), plain[slot], seen[slot], corrections[slot])
+    return Level(Part(neutral, seen), store.stored, store.loss)
 
 
-def _wrong(model: CompressedTextures, stack: NDArray[np.uint16], covered: NDArray[np.bool_]) -> Samples:
-    """What a model lacks of the expressions as they should look, as the fit takes it: in steps, around the middle."""
+def _sum(one: NDArray[np.float32], other: NDArray[np.float32]) -> NDArray[np.float32]:
+    return by_rows(lambda rows: one[rows] + other[rows], one.shape, np.float32)
+
+
+def _put(
+    difference: NDArray[np.float32],
+    plain: NDArray[np.float32],
+    seen: NDArray[np.float32],
+    correction: NDArray[np.float32],
+) -> None:
+    def block(top: int, bottom: int) -> None:
+        seen[top:bottom] = difference[top:bottom]
+        correction[top:bottom] = difference[top:bottom] - plain[top:bottom]
+
+    map_rows(block, len(difference))
+
+
+def _wrong(sheet: Sheet, part: Part, stack: NDArray[np.uint16], fill: Fill) -> Samples:
+    """What a level lacks of the expressions as they should look, as the fit takes it: in steps, around the middle."""
     middle = WIDE // 2
-    lacking = np.empty_like(stack)
-    for n, name in enumerate(model.expressions):
-        gap = (stack[n] / np.float32(WIDE) - model.reconstruct(name)) * np.float32(middle)
-        lacking[n] = np.rint(gap) + middle
-    return Samples(lacking, np.full_like(stack[0], middle), np.float32(1 / middle), covered.astype(np.float32))
+    shown = [blended_rows(part, weights) for weights in sheet.weights]
 
+    def lacking(rows: slice) -> NDArray[np.uint16]:
+        steps = np.empty_like(stack[:, rows])
+        for n, blend in enumerate(shown):
+            gap = (stack[n, rows] / np.float32(WIDE) - blend(rows)) * np.float32(middle)
+            steps[n] = np.rint(gap) + middle
+        return steps
 
-def as_model(sheet: Sheet, level: Level) -> CompressedTextures:
-    """A level in the place of the pack's textures, under the same weight maps."""
-    return replace(sheet.model, neutral=level.neutral, differences=level.differences)
+    neutral = by_rows(lambda _: np.full(1, middle, np.uint16), stack.shape[1:], np.uint16)
+    importance = by_rows(lambda rows: fill.covered[rows], fill.covered.shape, np.float32)
+    texels = by_rows(lacking, stack.shape, np.uint16, axis=1)
+    return Samples(texels, neutral, np.float32(1 / middle), importance)

@@ -10,14 +10,19 @@ Of a normal map the mean is that of slopes, as of a surface whose heights are av
 """
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from facezip.export.sheets import Fill, Sheet
+from facezip.export.fill import Fill
+from facezip.export.sheets import Sheet
 from facezip.files.srgb import decode_srgb, encode_srgb
+from facezip.machine import memory
 from facezip.machine.progress import track
+from facezip.machine.rows import by_rows, map_rows
+from facezip.pack.model import Part, blended_rows
 
 # The finest step of 16 bits, in which the targets of the fit are kept.
 WIDE = 65535
@@ -34,6 +39,10 @@ def level_sizes(size: tuple[int, int]) -> list[tuple[int, int]]:
 class Pyramid:
     """Means over the covered texels of each texel of each level: no texel outside the chart counts.
 
+    Parameters
+    ----------
+    fill : of the finest level, which says what is covered.
+
     Attributes
     ----------
     sizes : rows and columns of the levels.
@@ -41,51 +50,86 @@ class Pyramid:
     fills : for each level, what fills the rest.
     """
 
-    def __init__(self, covered: NDArray[np.bool_]) -> None:
-        height, width = covered.shape
+    def __init__(self, fill: Fill) -> None:
+        height, width = fill.covered.shape
         self.sizes = level_sizes((height, width))
         self._steps = [
             (_means(above[0], below[0]), _means(above[1], below[1]))
             for above, below in zip(self.sizes, self.sizes[1:], strict=False)
         ]
-        self.shares = [share[..., 0] for share in self._shrunk(covered.astype(np.float32)[..., None])]
-        self.fills = [Fill(share > 0) for share in self.shares]
+        covered = by_rows(lambda rows: fill.covered[rows, :, None], (height, width, 1), np.float32)
+        self.shares = [share[..., 0] for share in self._shrunk(covered)]
+        self.fills = [fill, *(Fill(_some(share)) for share in self.shares[1:])]
 
     def levels(self, values: NDArray[np.float32]) -> Iterator[NDArray[np.float32]]:
         """The means of ``(H, W, C)`` values, finest level first; texels of no covered area are like their nearest."""
-        covered = values * (self.shares[0] > 0)[..., None]
+        covered = by_rows(lambda rows: values[rows] * (self.shares[0][rows] > 0)[..., None], values.shape, np.float32)
         for sums, share, fill in zip(self._shrunk(covered), self.shares, self.fills, strict=True):
-            yield fill((sums / np.where(share > 0, share, 1)[..., None]).astype(np.float32))
+            yield fill(_divided(sums, share))
 
     def light(self, values: NDArray[np.float32]) -> Iterator[NDArray[np.float32]]:
         """As :meth:`levels`, of encoded values whose light is averaged."""
-        means = self.levels(decode_srgb(values))
+        means = self.levels(by_rows(lambda rows: decode_srgb(values[rows]), values.shape, np.float32))
         next(means)
         yield self.fills[0](values)
-        yield from map(encode_srgb, means)
+        yield from map(_encoded, means)
 
     def looks(self, sheet: Sheet, values: NDArray[np.float32]) -> Iterator[NDArray[np.float32]]:
-        """How a sheet's fitted texels should look from afar: colours by their light; slopes and data by their means."""
+        """How a sheet's texels should look from afar: colours by their light; slopes and data by their means."""
         return self.light(values) if sheet.is_colour else self.levels(values)
 
     def _shrunk(self, values: NDArray[np.float32]) -> Iterator[NDArray[np.float32]]:
         yield values
-        for rows, columns in self._steps:
-            height, _, channels = values.shape
-            fewer = (rows @ values.reshape(height, -1)).reshape(rows.shape[0], -1, channels)
-            turned = fewer.swapaxes(0, 1).reshape(fewer.shape[1], -1)
-            values = (columns @ turned).reshape(columns.shape[0], -1, channels).swapaxes(0, 1)
+        for down, across in self._steps:
+            values = _shrunk(values, down, across)
             yield values
 
 
-def targets(sheet: Sheet, pyramid: Pyramid) -> list[NDArray[np.uint16]]:
+def targets(sheet: Sheet, part: Part, pyramid: Pyramid) -> list[NDArray[np.uint16]]:
     """Every expression as it should look at each level: ``(N, h, w, C)`` of 16 bits."""
-    names, channels = sheet.model.expressions, sheet.model.neutral.shape[2]
-    stacks = [np.empty((len(names), *size, channels), np.uint16) for size in pyramid.sizes]
-    for n, name in enumerate(track(names, "Mip-maps", len(names))):
-        for stack, level in zip(stacks, pyramid.looks(sheet, sheet.model.reconstruct(name)), strict=True):
-            stack[n] = np.rint(level * WIDE)
+    count, channels = len(sheet.expressions), part.neutral.shape[2]
+    stacks = [memory.empty((count, *size, channels), np.uint16) for size in pyramid.sizes]
+    for n in track(range(count), "Mip-maps", count):
+        whole = by_rows(blended_rows(part, sheet.weights[n]), part.neutral.shape, np.float32)
+        for stack, level in zip(stacks, pyramid.looks(sheet, whole), strict=True):
+            _write_wide(level, stack[n])
     return stacks
+
+
+def _write_wide(values: NDArray[np.float32], out: NDArray[np.uint16]) -> None:
+    def block(top: int, bottom: int) -> None:
+        out[top:bottom] = np.rint(values[top:bottom] * WIDE)
+
+    map_rows(block, len(out))
+
+
+def _shrunk(values: NDArray[np.float32], down: csr_array, across: csr_array) -> NDArray[np.float32]:
+    """Values ``(H, W, C)`` of the next level."""
+    height, width, channels = values.shape
+    flat = values.reshape(height, -1)
+
+    def rows(some: slice) -> NDArray[Any]:
+        fewer = (down[some] @ flat).reshape(-1, width, channels)
+        turned = fewer.swapaxes(0, 1).reshape(width, -1)
+        shrunk: NDArray[Any] = (across @ turned).reshape(across.shape[0], -1, channels).swapaxes(0, 1)
+        return shrunk
+
+    return by_rows(rows, (down.shape[0], across.shape[0], channels), np.float32)
+
+
+def _some(share: NDArray[np.float32]) -> NDArray[np.bool_]:
+    return by_rows(lambda rows: share[rows] > 0, share.shape, np.bool_)
+
+
+def _divided(sums: NDArray[np.float32], share: NDArray[np.float32]) -> NDArray[np.float32]:
+    def rows(some: slice) -> NDArray[Any]:
+        return sums[some] / np.where(share[some] > 0, share[some], 1)[..., None]
+
+    return by_rows(rows, sums.shape, np.float32)
+
+
+def _encoded(linear: NDArray[np.float32]) -> NDArray[np.float32]:
+    return by_rows(lambda rows: encode_srgb(linear[rows]), linear.shape, np.float32)
 
 
 def _means(above: int, below: int) -> csr_array:

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from functools import cache
 
 import jinja2
@@ -10,39 +9,11 @@ import jinja2
 from facezip.character.maps import MAX_SLOPE, Map
 from facezip.export.sheets import Sheet
 from facezip.export.source import Tile
+from facezip.export.words import Dialect, MapWords, Numbers, SheetWords, Words
 from facezip.pack.footprint import SLOTS_PER_LAYER
 from facezip.pack.quantise import ZERO
 
 SLOTS_PER_TARGET = 3
-
-
-@dataclass(frozen=True)
-class Dialect:
-    """A shading language, and how an engine keeps its textures.
-
-    Attributes
-    ----------
-    name : the suffix of files.
-    vector, integers : prefixes of the types of vectors.
-    texture : the type of a texture parameter.
-    sampler : the type of a parameter that says how textures are sampled; empty where textures know.
-    sample : an expression that samples a texture, with ``{texture}`` and ``{uv}``.
-    load : an expression that reads a texel, with ``{texture}`` and ``{texel}``.
-    beta : what the weights β are called; global, or a parameter where empty.
-    rows_from_below : whether the first row of a texture in memory is the lowest of the image.
-    encoded_if : what is defined where a project takes colours as they are encoded; empty where none does.
-    """
-
-    name: str
-    vector: str
-    integers: str
-    texture: str
-    sampler: str
-    sample: str
-    load: str
-    beta: str = ""
-    rows_from_below: bool = False
-    encoded_if: str = ""
 
 
 GLSL = Dialect("glsl", "vec", "ivec", "sampler2D", "", "texture({texture}, {uv})", "texelFetch({texture}, {texel}, 0)")
@@ -68,45 +39,45 @@ def identifier(name: str) -> str:
 
 
 def shader_words(tile: Tile, dialect: Dialect) -> dict[str, object]:
-    """What the templates say of a tile in a dialect."""
+    """What the templates say of a tile in a dialect: the :class:`facezip.export.words.Words` by name."""
     layout, count = tile.layout, len(tile.expressions)
-    slots = len(layout.weight_scale)
+    slots = len(layout.weight_span)
     height, width = layout.weight_size
-    sheets = [_sheet(sheet, dialect) for sheet in tile.sheets]
-    return {
-        "dialect": dialect,
-        "beta": dialect.beta or "beta",
-        "float2": f"{dialect.vector}2",
-        "float3": f"{dialect.vector}3",
-        "float4": f"{dialect.vector}4",
-        "int2": f"{dialect.integers}2",
-        "load": _expression(dialect.load),
-        "sample": _expression(dialect.sample),
-        "vector": _vector(dialect.vector),
-        "identifier": identifier(tile.name),
-        "zero": number(ZERO / 255),
-        "count": count,
-        "columns": layout.weight_columns,
-        "rows": -(-count // layout.weight_columns),
-        "width": width,
-        "height": height,
-        "slots": slots,
-        "layers": range(-(-slots // SLOTS_PER_LAYER)),
-        "targets": target_numbers(tile),
-        "weight_scale": _layered(layout.weight_scale),
-        "weight_offset": _layered(layout.weight_offset),
-        "uniform": [_layered(row) for row in tile.uniform_weights],
-        "sheets": sheets,
-        "textures": [texture for sheet in tile.sheets for texture in sheet.textures],
-        "maps": [_map(tile, kind, dialect) for kind in tile.maps],
-        "known": tile.known,
-        "camel": camel,
-    }
+    words = Words(
+        dialect=dialect,
+        beta=dialect.beta or "beta",
+        float2=f"{dialect.vector}2",
+        float3=f"{dialect.vector}3",
+        float4=f"{dialect.vector}4",
+        int2=f"{dialect.integers}2",
+        load=_expression(dialect.load),
+        sample=_expression(dialect.sample),
+        vector=_vector(dialect.vector),
+        identifier=identifier(tile.name),
+        zero=number(ZERO / 255),
+        count=count,
+        columns=layout.weight_columns,
+        rows=-(-count // layout.weight_columns),
+        width=width,
+        height=height,
+        slots=slots,
+        layers=range(-(-slots // SLOTS_PER_LAYER)),
+        targets=target_numbers(tile),
+        weight_scale=_layered(layout.weight_span),
+        weight_offset=_layered(layout.weight_offset),
+        uniform=[_layered(row) for row in tile.uniform_weights],
+        sheets=[_sheet(sheet, dialect) for sheet in tile.sheets],
+        textures=[texture for sheet in tile.sheets for texture in sheet.textures],
+        maps=[_map(tile, kind, dialect) for kind in tile.maps],
+        known=tile.known,
+        camel=camel,
+    )
+    return {**vars(words)}
 
 
 def target_numbers(tile: Tile) -> range:
     """The render targets of the pre-pass in engines that keep three numbers of a target's texel only."""
-    return range(-(-len(tile.layout.weight_scale) // SLOTS_PER_TARGET))
+    return range(-(-len(tile.layout.weight_span) // SLOTS_PER_TARGET))
 
 
 def camel(name: str) -> str:
@@ -150,48 +121,44 @@ def _vector(prefix: str) -> Callable[[Iterable[float]], str]:
     return vector
 
 
-def _sheet(sheet: Sheet, dialect: Dialect) -> dict[str, object]:
-    """What a sheet's function says: the type of its value, how texels become it, and its limits."""
+def _sheet(sheet: Sheet, dialect: Dialect) -> SheetWords:
     kinds = [kind for kind, at in sheet.maps for _ in range(at.start, at.stop)]
     # Colours are three numbers, also where a texture holds one.
     grey = sheet.is_colour and len(kinds) == 1
     times = 3 if grey else 1
     neutral = [(2.0, -1.0) if kind.is_normal else (kind.unit, kind.low) for kind in kinds * times]
     limits = [(-MAX_SLOPE, MAX_SLOPE) if kind.is_normal else (kind.low, kind.high) for kind in kinds * times]
-    return {
-        "function": f"facezip_sheet_{sheet.name}" if sheet.name else "facezip_encoded",
-        "names": [kind.name for kind, _ in sheet.maps],
-        "textures": sheet.textures,
-        "type": _type(dialect, len(kinds) * times),
-        "channels": "rrr" if grey else "rgb"[: len(kinds)],
-        "gain": None if {*neutral} == {(1.0, 0.0)} else [gain for gain, _ in neutral],
-        "bias": [bias for _, bias in neutral],
-        "slopes": next(("xyz"[at] for kind, at in sheet.maps if kind.is_normal), None),
-        "scales": [row * times for row in sheet.scale_of_values],
-        "low": [low for low, _ in limits],
-        "high": [high for _, high in limits],
-    }
+    return SheetWords(
+        function=f"facezip_sheet_{sheet.name}" if sheet.name else "facezip_encoded",
+        names=[kind.name for kind, _ in sheet.maps],
+        textures=sheet.textures,
+        type=_type(dialect, len(kinds) * times),
+        channels="rrr" if grey else "rgb"[: len(kinds)],
+        gain=None if {*neutral} == {(1.0, 0.0)} else [gain for gain, _ in neutral],
+        bias=[bias for _, bias in neutral],
+        slopes=next(("xyz"[at] for kind, at in sheet.maps if kind.is_normal), None),
+        scales=[row * times for row in sheet.span_of_values],
+        low=[low for low, _ in limits],
+        high=[high for _, high in limits],
+    )
 
 
-def _map(tile: Tile, kind: Map, dialect: Dialect) -> dict[str, object]:
-    """What ``facezip_surface`` gives of a map, and from which sheet."""
+def _map(tile: Tile, kind: Map, dialect: Dialect) -> MapWords:
     sheet, at = tile.sheet_of(kind.name)
-    channels = at.stop - at.start
-    whole = len(sheet.maps) == 1
-    return {
-        "name": kind.name,
-        "encoding": kind.encoding,
-        "type": _type(dialect, channels if kind.encoding == "data" else 3),
-        "sheet": tile.sheets.index(sheet),
-        "part": "" if whole else f".{'xyz'[at]}",
-    }
+    return MapWords(
+        name=kind.name,
+        encoding=kind.encoding,
+        type=_type(dialect, at.stop - at.start if kind.encoding == "data" else 3),
+        sheet=tile.sheets.index(sheet),
+        part="" if len(sheet.maps) == 1 else f".{'xyz'[at]}",
+    )
 
 
 def _type(dialect: Dialect, numbers: int) -> str:
     return "float" if numbers == 1 else f"{dialect.vector}{numbers}"
 
 
-def _layered(values: tuple[float, ...]) -> list[tuple[float, ...]]:
+def _layered(values: Numbers) -> list[Numbers]:
     """Values of slots in fours, filled up with zeros."""
     padded = (*values, *[0.0] * (-len(values) % SLOTS_PER_LAYER))
     return [padded[start : start + SLOTS_PER_LAYER] for start in range(0, len(padded), SLOTS_PER_LAYER)]

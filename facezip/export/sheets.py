@@ -1,27 +1,20 @@
-"""The textures of an export: maps of one tile and size lie side by side in their channels, so that one fetch gives all.
+"""A sheet: maps side by side in the channels of one neutral and its difference textures, as stored and as seen."""
 
-Two channels of a normal and one of a roughness are one texture. Colours have one of their own, since the means of light
-that their mip-maps hold are no other map's.
-"""
-
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any, TypeVar
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import chain
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from facezip.character.maps import ALBEDO, Map
 from facezip.character.neutrals import packed_neutral, unpacked_neutral
+from facezip.export.fill import Fill
 from facezip.files.images import Texels, to_float
-from facezip.pack.model import CompressedTextures
+from facezip.machine.rows import by_rows
+from facezip.pack.model import Part
 from facezip.pack.quantise import ZERO
-
-Kind = TypeVar("Kind", np.uint8, np.uint16, np.float32)
-# Without alpha: block codecs, importers and render targets all have their own idea of it.
-CHANNELS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,17 +24,21 @@ class Sheet:
     Attributes
     ----------
     maps : each kind, and its channels.
-    model : all channels ``(H, W, C)``, C ≤ 3, as fitted texels (:class:`facezip.character.maps.MapKind`).
-    difference_scale : ``(R, C)``: D = (t - 128/255) · scale, of fitted texels.
-    neutral_bits : 8 or 16 a channel.
-    covered : ``(H, W)``, whether a texel's centre lies in the UV chart; everywhere where the pack has no mesh.
+    neutral : ``(H, W, C)`` as the pack stores it, C ≤ 3, uint8 or uint16; of normals x and y.
+    differences : ``(R, H, W, C)`` uint8.
+    span : ``(R, C)`` float32: D = (t - 128/255) · span, of texels.
+    expressions : N names.
+    weights : ``(N, h, w, R)`` float32, which all sheets of a tile share.
+    fill : which texels lie in the UV chart, all where the pack has no mesh, and what fills the rest.
     """
 
     maps: tuple[tuple[Map, slice], ...]
-    model: CompressedTextures
-    difference_scale: NDArray[np.float32]
-    neutral_bits: int
-    covered: NDArray[np.bool_]
+    neutral: Texels
+    differences: NDArray[np.uint8]
+    span: NDArray[np.float32]
+    expressions: tuple[str, ...]
+    weights: NDArray[np.float32]
+    fill: Fill
 
     @property
     def name(self) -> str:
@@ -52,19 +49,18 @@ class Sheet:
     @property
     def textures(self) -> list[str]:
         """What its neutral and difference textures are called."""
-        names = ["neutral", *(f"difference_{i}" for i in range(len(self.difference_scale)))]
+        names = ["neutral", *(f"difference_{i}" for i in range(len(self.span)))]
         return [f"{self.name}_{name}" if self.name else name for name in names]
 
     @property
     def size(self) -> tuple[int, int]:
         """Rows and columns."""
-        height, width, _ = self.model.neutral.shape
-        return height, width
+        return self.neutral.shape[0], self.neutral.shape[1]
 
-    @cached_property
-    def fill(self) -> "Fill":
-        """What fills its textures outside the chart."""
-        return Fill(self.covered)
+    @property
+    def channels(self) -> int:
+        """C, of a texel."""
+        return int(self.neutral.shape[2])
 
     @property
     def is_colour(self) -> bool:
@@ -72,92 +68,86 @@ class Sheet:
         return self.maps[0][0].encoding == "srgb"
 
     @property
-    def scale_of_values(self) -> list[tuple[float, ...]]:
-        """:attr:`difference_scale` in units of the maps: slopes of normals."""
-        units = [kind.unit for kind, at in self.maps for _ in range(at.start, at.stop)]
-        return [tuple(float(v) * unit for v, unit in zip(row, units, strict=True)) for row in self.difference_scale]
+    def is_normal(self) -> bool:
+        """Whether the first of its maps is one of normals."""
+        return self.maps[0][0].is_normal
 
-    def packed(self, fitted: NDArray[np.float32], bits: int) -> Texels:
-        """A neutral ``(h, w, C)`` as it is stored, integers of one or three channels; normals as (n + 1) / 2."""
-        parts = [packed_neutral(fitted[..., at], kind, bits)[..., : at.stop - at.start] for kind, at in self.maps]
-        together: NDArray[Any] = np.concatenate(parts, axis=2)
-        return _padded(together, 2**bits - 1)
+    @property
+    def span_of_values(self) -> list[tuple[float, ...]]:
+        """:attr:`span` in units of the maps: slopes of normals."""
+        units = [kind.unit for kind, at in self.maps for _ in range(at.start, at.stop)]
+        return [tuple(float(v) * unit for v, unit in zip(row, units, strict=True)) for row in self.span]
+
+    def dequantised(self) -> Part:
+        """What is stored as float32 texels, which take four times as much."""
+        steps = (self.span / np.float32(255))[:, None, None]
+
+        def values(rows: slice) -> NDArray[np.float32]:
+            return (self.differences[:, rows].astype(np.float32) - np.float32(ZERO)) * steps
+
+        return Part(self.unpacked(self.neutral), by_rows(values, self.differences.shape, np.float32, axis=1))
+
+    def packed(self, texels: NDArray[np.float32]) -> NDArray[np.uint8]:
+        """A neutral ``(h, w, C)`` of texels as bytes, one or three channels; normals as (n + 1) / 2."""
+
+        def rows(some: slice) -> NDArray[np.uint8]:
+            parts = [packed_neutral(texels[some, :, at], kind, 8)[..., : at.stop - at.start] for kind, at in self.maps]
+            together: NDArray[Any] = np.concatenate(parts, axis=2)
+            return _padded(together, 255)
+
+        return by_rows(rows, _padded_shape(texels), np.uint8)
 
     def unpacked(self, stored: Texels) -> NDArray[np.float32]:
-        """Inverse of :meth:`packed`, float32."""
-        return np.concatenate([to_float(unpacked_neutral(stored[..., at], kind)) for kind, at in self.maps], axis=2)
+        """Texels ``(h, w, C)`` float32 of a neutral as it is stored, or as a sampler sees that."""
+
+        def rows(some: slice) -> NDArray[np.float32]:
+            parts = [unpacked_neutral(stored[some, :, at], kind) for kind, at in self.maps]
+            return np.concatenate([to_float(one) for one in parts], axis=2)
+
+        return by_rows(rows, (*stored.shape[:2], self.channels), np.float32)
 
     def steps(self, difference: NDArray[np.float32], slot: int) -> NDArray[np.uint8]:
         """A difference ``(h, w, C)`` of a slot as it is stored, one or three channels; what lies beyond is clipped."""
-        per_unit = np.float32(255) / np.maximum(self.difference_scale[slot], np.float32(1e-30))
-        return _padded(np.clip(np.rint(difference * per_unit) + ZERO, 0, 255).astype(np.uint8), ZERO)
+        per_unit = np.float32(255) / np.maximum(self.span[slot], np.float32(1e-30))
 
-    def difference(self, stored: NDArray[np.uint8], slot: int) -> NDArray[np.float32]:
-        """Inverse of :meth:`steps`."""
-        scale = self.difference_scale[slot]
-        texels = stored[..., : len(scale)].astype(np.float32) - np.float32(ZERO)
-        return texels * (scale / np.float32(255))
+        def rows(some: slice) -> NDArray[np.uint8]:
+            return _padded(np.clip(np.rint(difference[some] * per_unit) + ZERO, 0, 255).astype(np.uint8), ZERO)
 
-    def stored(self) -> Iterator[Texels]:
+        return by_rows(rows, _padded_shape(difference), np.uint8)
+
+    def difference(self, stored: Texels, slot: int) -> NDArray[np.float32]:
+        """The difference ``(h, w, C)`` of a slot as it is stored, or as a sampler sees that."""
+        step = self.span[slot] / np.float32(255)
+
+        def rows(some: slice) -> NDArray[np.float32]:
+            return (in_bytes(stored[some, :, : self.channels]) - np.float32(ZERO)) * step
+
+        return by_rows(rows, (*stored.shape[:2], self.channels), np.float32)
+
+    def neutral_image(self) -> Texels:
+        """The neutral as an image has it."""
+        return _image(self.neutral, int(np.iinfo(str(self.neutral.dtype)).max))
+
+    def images(self) -> Iterator[Texels]:
         """Neutral and differences as the pack has them, outside the chart as what is nearest inside."""
-        neutral: NDArray[Any] = self.packed(self.model.neutral, self.neutral_bits)
-        yield self.fill(neutral)
-        for slot, difference in enumerate(self.model.differences):
-            yield self.fill(self.steps(difference, slot))
+        differences = (_image(difference, ZERO) for difference in self.differences)
+        yield from map(self.fill, chain([self.neutral_image()], differences))
 
 
-def in_sheets(alone: Iterable[Sheet]) -> tuple[Sheet, ...]:
-    """Sheets of one map each, joined where three channels hold more: in their order, each into the first with room."""
-    found: list[list[Sheet]] = []
-    for sheet in alone:
-        room = next((others for others in found if _fits(sheet, others)), None)
-        if room is None:
-            found.append([sheet])
-        else:
-            room.append(sheet)
-    return tuple(_joined(sheets) for sheets in found)
+def in_bytes(seen: Texels) -> NDArray[np.float32]:
+    """What a sampler sees, in units of 0..255, finer than those where it interpolates."""
+    return seen * np.float32(255 / np.iinfo(str(seen.dtype)).max)
 
 
-def _fits(sheet: Sheet, others: Sequence[Sheet]) -> bool:
-    first = others[0]
-    alike = (sheet.size, sheet.neutral_bits) == (first.size, first.neutral_bits)
-    channels = sum(len(one.difference_scale[0]) for one in (sheet, *others))
-    return alike and channels <= CHANNELS and not (sheet.is_colour or first.is_colour)
+def _image(texels: NDArray[Any], third: int) -> NDArray[Any]:
+    return by_rows(lambda rows: _padded(texels[rows], third), _padded_shape(texels), texels.dtype)
 
 
-def _joined(sheets: Sequence[Sheet]) -> Sheet:
-    if len(sheets) == 1:
-        return sheets[0]
-    ends = np.cumsum([len(sheet.difference_scale[0]) for sheet in sheets]).tolist()
-    places = [slice(start, end) for start, end in zip([0, *ends], ends, strict=False)]
-    model = replace(
-        sheets[0].model,
-        neutral=np.concatenate([sheet.model.neutral for sheet in sheets], axis=2),
-        differences=np.concatenate([sheet.model.differences for sheet in sheets], axis=3),
-    )
-    maps = tuple((sheet.maps[0][0], place) for sheet, place in zip(sheets, places, strict=True))
-    scale = np.concatenate([sheet.difference_scale for sheet in sheets], axis=1)
-    return replace(sheets[0], maps=maps, model=model, difference_scale=scale)
-
-
-def _padded(texels: NDArray[Any], value: int) -> NDArray[Any]:
+def _padded(texels: NDArray[Any], third: int) -> NDArray[Any]:
     """Images have one channel or three."""
-    return np.pad(texels, ((0, 0), (0, 0), (0, int(texels.shape[2] == 2))), constant_values=value)
+    return np.pad(texels, ((0, 0), (0, 0), (0, int(texels.shape[2] == 2))), constant_values=third)
 
 
-class Fill:
-    """Makes each texel outside the chart like its nearest neighbour inside, so that no filter brings background in.
-
-    Parameters
-    ----------
-    covered : ``(H, W)``, whether a texel is inside.
-    """
-
-    def __init__(self, covered: NDArray[np.bool_]) -> None:
-        self._nearest: tuple[NDArray[np.int32], ...] | None = None
-        if not covered.all():
-            self._nearest = tuple(distance_transform_edt(~covered, return_distances=False, return_indices=True))
-
-    def __call__(self, texels: NDArray[Kind]) -> NDArray[Kind]:
-        """Fill ``(H, W, C)`` texels; those inside stay as they are."""
-        return texels if self._nearest is None else texels[self._nearest]
+def _padded_shape(texels: NDArray[Any]) -> tuple[int, int, int]:
+    height, width, channels = texels.shape
+    return height, width, channels + (channels == 2)

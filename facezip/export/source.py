@@ -1,6 +1,7 @@
 """What every export starts from: a verified pack, by tiles, and which of its texels the surface shows."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -9,16 +10,20 @@ from numpy.typing import NDArray
 from facezip.character.maps import ALBEDO, KNOWN, Map
 from facezip.character.meshes import Meshes
 from facezip.character.raster import covered
-from facezip.character.tiles import FIRST_TILE, charts, shifted
+from facezip.character.tiles import charts, shifted
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.export.sheets import CHANNELS, Sheet, in_sheets
+from facezip.export.fill import Fill
+from facezip.export.joining import CHANNELS, joined
+from facezip.export.sheets import Sheet
 from facezip.files.obj import Topology
-from facezip.pack.manifest import Manifest
-from facezip.pack.model import CompressedTextures
-from facezip.pack.ranges import weight_files
-from facezip.pack.surface_manifest import AnyManifest, StoredTexture, StoredTile
+from facezip.machine import memory
+from facezip.machine.rows import by_rows, map_rows
+from facezip.pack.manifest import Manifest, TileEntry
+from facezip.pack.quantise import StoredTextures
+from facezip.pack.read import read_stored
 from facezip.pack.verification import verify_pack
-from facezip.pack.version_2 import read_verified_surface
+
+TOGETHER, APART = "together", "apart"
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +43,7 @@ class Tile:
 
     name: str
     expressions: tuple[str, ...]
-    layout: StoredTile
+    layout: TileEntry
     uniform_weights: tuple[tuple[float, ...], ...]
     weight_files: tuple[Path, ...]
     maps: tuple[Map, ...]
@@ -62,23 +67,25 @@ class Source:
     ----------
     path : its folder.
     name : what the character is called.
-    surface : its maps and meshes.
+    expressions : N names.
+    geometry : the meshes, or None.
     tiles : what its materials show; one of them in an ordinary export.
     """
 
     path: Path
     name: str
-    surface: CompressedTextures
+    expressions: tuple[str, ...]
+    geometry: Meshes | None
     tiles: tuple[Tile, ...]
 
     @property
     def meshes(self) -> Meshes:
         """The geometry; ``BAD_VALUE`` where the pack has none."""
-        if self.surface.meshes is None:
+        if self.geometry is None:
             raise FaceZipError(
                 ErrorCode.BAD_VALUE, f"{self.path}: has no meshes to export; compress a character with its meshes"
             )
-        return self.surface.meshes
+        return self.geometry
 
     @property
     def charts(self) -> list[Topology]:
@@ -90,73 +97,92 @@ class Source:
         return folder if len(self.tiles) == 1 else folder / str(tile.layout.number)
 
 
-def read_source(pack: Path) -> Source:
+def read_source(pack: Path, maps: str = TOGETHER, normals_alone: bool = False) -> Source:
     """Verify a pack and read it for export.
+
+    Parameters
+    ----------
+    pack : its folder.
+    maps : ``"together"`` where maps share textures as far as they fit, ``"apart"`` where each has its own.
+    normals_alone : whether normals share with no map as long as that takes no fetch more.
 
     Raises
     ------
     FaceZipError
-        What :func:`facezip.read_surface` raises; ``BAD_VALUE`` for textures that are neither grey nor colour, and for
-        a surface without albedo.
+        What :func:`facezip.read_pack` raises; ``BAD_VALUE`` for textures that are neither grey nor colour, and for a
+        pack without albedo.
     """
     manifest = verify_pack(pack)
-    surface = read_verified_surface(Path(pack), manifest)
-    _check(pack, surface)
-    layouts, tiles = _layouts(manifest), []
-    for layout in layouts:
-        sheets = in_sheets(_alone(surface, layout))
+    _check(pack, manifest)
+    memory.check(_row_bytes(manifest), _whole_bytes(manifest))
+    stored = read_stored(pack, manifest)
+    tiles = []
+    for layout in manifest.tiles:
+        alone = tuple(_alone(stored, layout.number))
+        sheets = joined(alone, normals_alone) if maps == TOGETHER else alone
         _check_names(pack, [sheet.name for sheet in sheets])
-        files = weight_files(manifest) if isinstance(manifest, Manifest) else layout.weight_files
         tiles.append(
             Tile(
-                name=manifest.name if len(layouts) == 1 else f"{manifest.name}_{layout.number}",
+                name=manifest.name if len(manifest.tiles) == 1 else f"{manifest.name}_{layout.number}",
                 expressions=manifest.expressions,
                 layout=layout,
                 uniform_weights=manifest.uniform_weights,
-                weight_files=tuple(Path(pack) / file for file in files),
-                maps=surface.maps,
+                weight_files=tuple(pack / file for file in layout.weights),
+                maps=stored.maps,
                 sheets=sheets,
             )
         )
-    return Source(Path(pack), manifest.name, surface, tuple(tiles))
+    return Source(pack, manifest.name, manifest.expressions, stored.meshes, tuple(tiles))
 
 
-def _layouts(manifest: AnyManifest) -> tuple[StoredTile, ...]:
-    if not isinstance(manifest, Manifest):
-        return manifest.tiles
-    texture = StoredTexture(manifest.size, manifest.neutral_bits, manifest.difference_scale)
-    weights = manifest.weight_size, manifest.weight_columns, manifest.weight_scale, manifest.weight_offset
-    return (StoredTile(FIRST_TILE, *weights, (texture,)),)
-
-
-def _alone(surface: CompressedTextures, layout: StoredTile) -> list[Sheet]:
+def _alone(stored: StoredTextures, tile: int) -> Iterator[Sheet]:
     """A sheet for each map of a tile."""
-    topology = shifted(surface.meshes.topology, layout.number) if surface.meshes else None
-    charts_of: dict[tuple[int, int], NDArray[np.bool_]] = {}
-    found = []
-    for kind, texture in zip(surface.maps, layout.textures, strict=True):
-        if texture.size not in charts_of:
-            charts_of[texture.size] = _covered(topology, texture.size)
-        scale = np.array(texture.difference_scale, np.float32) / np.float32(kind.unit)
-        model = replace(surface.parts[kind.name, layout.number], meshes=None)
-        maps = ((kind, slice(0, scale.shape[1])),)
-        found.append(Sheet(maps, model, scale, texture.neutral_bits, charts_of[texture.size]))
-    return found
+    topology = shifted(stored.meshes.topology, tile) if stored.meshes else None
+    weights, fills = stored.weights[tile].values, dict[tuple[int, int], Fill]()
+    for kind in stored.maps:
+        part = stored.parts[kind.name, tile]
+        _, height, width, channels = part.differences.shape
+        if (height, width) not in fills:
+            fills[height, width] = Fill(_covered(topology, (height, width)))
+        yield Sheet(
+            ((kind, slice(0, channels)),),
+            part.neutral[..., :channels],
+            part.differences,
+            part.span,
+            stored.expressions,
+            weights,
+            fills[height, width],
+        )
 
 
 def _covered(topology: Topology | None, size: tuple[int, int]) -> NDArray[np.bool_]:
-    chart = np.zeros(size, np.bool_) if topology is None else covered(topology, size)
-    return chart if chart.any() else np.ones(size, np.bool_)
+    """The texels that the surface shows; all where no face lies on a tile."""
+    chart = None if topology is None else covered(topology, size)
+    if chart is not None and any(map_rows(lambda top, bottom: bool(chart[top:bottom].any()), len(chart))):
+        return chart
+    return by_rows(lambda _: np.ones(1, np.bool_), size, np.bool_)
 
 
-def _check(pack: Path, surface: CompressedTextures) -> None:
-    for kind in surface.maps:
-        channels = surface.parts[kind.name, surface.tiles[0]].neutral.shape[2]
-        if channels > CHANNELS or (kind.encoding == "srgb" and channels == 2):
+def _row_bytes(manifest: Manifest) -> int:
+    """Of one row of every expression, in 16 bits, with as many channels as maps that share textures may have."""
+    widest = max(texture.size[1] for _, texture in manifest.entries().values())
+    return 2 * CHANNELS * widest * len(manifest.expressions)
+
+
+def _whole_bytes(manifest: Manifest) -> int:
+    """Of ``head.glb`` while it is put together: the neutrals' images, and mesh and normals of every expression."""
+    images = sum(manifest.files[texture.neutral].bytes for _, texture in manifest.entries().values())
+    vertices = manifest.geometry.vertices if manifest.geometry else 0
+    return 3 * images + 2 * 12 * vertices * (1 + len(manifest.expressions))
+
+
+def _check(pack: Path, manifest: Manifest) -> None:
+    for entry in manifest.maps:
+        if entry.channels > CHANNELS or (entry.encoding == "srgb" and entry.channels == 2):
             raise FaceZipError(
-                ErrorCode.BAD_VALUE, f"{pack}: textures of {channels} channels; engines take those of 1 or 3"
+                ErrorCode.BAD_VALUE, f"{pack}: textures of {entry.channels} channels; engines take those of 1 or 3"
             )
-    if surface.maps[0] != KNOWN[ALBEDO]:
+    if manifest.maps[0].kind != KNOWN[ALBEDO]:
         raise FaceZipError(ErrorCode.BAD_VALUE, f"{pack}: has no albedo of 0 to 1, which every material here needs")
 
 

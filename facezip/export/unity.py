@@ -5,12 +5,12 @@ from pathlib import Path
 
 from facezip.export.engine import write_head, write_text
 from facezip.export.folder import Target
-from facezip.export.maps import DDS, PNG, Format
+from facezip.export.formats import DDS, PNG, Format
 from facezip.export.shaders import HLSL, shader_words
 from facezip.export.source import Source, Tile
 
 # Unity's own importer of DDS turns some formats over and others not: these files have an importer of theirs.
-BLOCKS = replace(DDS, suffix=".bc7")
+BLOCKS = replace(DDS, suffix=".{codec}")
 DIALECT = replace(HLSL, beta="_FaceZipBeta", rows_from_below=True, encoded_if="UNITY_COLORSPACE_GAMMA")
 OF_TILE = {
     "FaceZip.hlsl": "unity/include.j2",

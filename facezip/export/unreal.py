@@ -5,7 +5,7 @@ from pathlib import Path
 
 from facezip.export.engine import write_head, write_text
 from facezip.export.folder import Target
-from facezip.export.maps import PNG, Format
+from facezip.export.formats import PNG, Format
 from facezip.export.shaders import HLSL, number, shader_words, target_numbers
 from facezip.export.source import Source, Tile
 

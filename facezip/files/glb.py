@@ -83,9 +83,17 @@ class Glb:
 
     def to_bytes(self) -> bytes:
         """The file's content."""
+        return b"".join(self._pieces())
+
+    def write(self, path: Path) -> None:
+        """Write the file, of which nothing is copied."""
+        with open(path, "wb") as file:
+            file.writelines(self._pieces())
+
+    def _pieces(self) -> list[bytes]:
         text = json.dumps(self.document, separators=(",", ":"), allow_nan=False, ensure_ascii=False).encode()
-        chunks = _chunk(JSON_CHUNK, text, b" ") + (_chunk(BINARY_CHUNK, self.binary, b"\0") if self.binary else b"")
-        return MAGIC + struct.pack("<II", VERSION, 12 + len(chunks)) + chunks
+        chunks = _chunk(JSON_CHUNK, text, b" ") + (_chunk(BINARY_CHUNK, self.binary, b"\0") if self.binary else [])
+        return [MAGIC + struct.pack("<II", VERSION, 12 + sum(map(len, chunks))), *chunks]
 
     def item(self, kind: str, index: Any) -> dict[str, Any]:
         """One entry of ``"meshes"``, ``"images"`` ...; ``GlbFault`` where there is none of that number."""
@@ -243,9 +251,9 @@ def _chunks(content: bytes) -> list[tuple[bytes, bytes]]:
     return found[::-1]
 
 
-def _chunk(kind: bytes, content: bytes, padding: bytes) -> bytes:
-    content += padding * (-len(content) % 4)
-    return struct.pack("<I4s", len(content), kind) + content
+def _chunk(kind: bytes, content: bytes, padding: bytes) -> list[bytes]:
+    past = padding * (-len(content) % 4)
+    return [struct.pack("<I4s", len(content) + len(past), kind), content, past]
 
 
 def _count(value: Any) -> int:

@@ -37,7 +37,17 @@ def read_pack(path: str | Path) -> CompressedTextures:
         says. Nothing is read from a pack that fails verification.
     """
     folder = Path(path)
-    return read_stored(folder, verify_pack(folder)).dequantised()
+    manifest = verify_pack(folder)
+    memory.check(_row_bytes(manifest))
+    return read_stored(folder, manifest).dequantised()
+
+
+def _row_bytes(manifest: Manifest) -> int:
+    """Of one row of a map's neutral and differences, as they are stored and as floats."""
+    return max(
+        5 * (1 + len(texture.differences)) * texture.size[1] * kind.image_channels
+        for kind, texture in manifest.entries().values()
+    )
 
 
 def read_stored(folder: Path, manifest: Manifest) -> StoredTextures:

@@ -24,6 +24,7 @@ function parse(content) {
     scheme: file.supercompressionScheme,
     model: sheet.colorModel,
     transfer: sheet.transferFunction,
+    samples: sheet.samples.map((sample) => [sample.channelType, sample.bitOffset, sample.bitLength]),
     keys: Object.keys(file.keyValue),
     levels: file.levels.map((level) => base64(level.levelData)),
   };

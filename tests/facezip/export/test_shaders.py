@@ -11,7 +11,6 @@ from facezip.export.shaders import GLSL, HLSL, camel, identifier, number, shader
 from facezip.export.source import read_source
 from facezip.files.images import read_texture_exactly
 from facezip.files.srgb import decode_srgb
-from facezip.pack.model import CompressedTextures
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_model
@@ -19,11 +18,11 @@ from tests.facezip.export.conftest import KINDS, grey, layered_model
 from tests.facezip.export.gpu import Gpu, compile_glsl, hlsl_to_glsl
 
 MODELS = {
-    "four slots": CompressedTextures.of(random_model(meshes=True)),
-    "one slot": CompressedTextures.of(random_model(slots=1, meshes=True)),
-    "two layers": CompressedTextures.of(random_model(slots=5, expressions=7, meshes=True)),
-    "uniform weights": CompressedTextures.of(random_model(weights=(1, 1), meshes=True)),
-    "grey": CompressedTextures.of(grey(random_model(meshes=True))),
+    "four slots": random_model(meshes=True),
+    "one slot": random_model(slots=1, meshes=True),
+    "two layers": random_model(slots=5, expressions=7, meshes=True),
+    "uniform weights": random_model(weights=(1, 1), meshes=True),
+    "grey": grey(random_model(meshes=True)),
     "five maps": layered_model(),
     "normals alone, two layers": layered_model(kinds=(KINDS[0], KINDS[2]), slots=5),
     "three maps, uniform weights": layered_model(kinds=(KINDS[0], KINDS[2], KINDS[3]), weights=(1, 1)),
@@ -52,9 +51,8 @@ class Exported:
         self.facts = json.loads((self.folder / "facezip.json").read_text())
         self.beta = np.random.default_rng(1).uniform(0, 1, len(self.model.expressions)).astype(np.float32)
         self.blend = dict(zip(self.model.expressions, map(float, self.beta), strict=True))
-        first = self.model.parts["albedo", tile]
-        self.size = first.neutral.shape[:2]
-        _, *weight_size, self.slots = first.weights.shape
+        self.size = self.model.parts["albedo", tile].neutral.shape[:2]
+        _, *weight_size, self.slots = self.model.weights[tile].shape
         self.weight_size = tuple(weight_size)
         self.layers = -(-self.slots // 4)
         self.maps = [name for name in self.facts["textures"] if not name.startswith("weights")]
@@ -88,7 +86,7 @@ class Exported:
             self.matches(part, kind, upside_down, encoded)
 
     def matches(self, drawn, kind, upside_down=False, encoded=False):
-        expected = self.model.blend(kind, self.tile, self.blend)
+        expected = self.model.blend(self.blend, kind.name, self.tile)
         if kind.encoding == "srgb" and not encoded:
             expected = decode_srgb(expected)
         expected = np.broadcast_to(expected, (*self.size, 3))

@@ -12,6 +12,7 @@ from facezip.blocks.codecs import bc7
 from facezip.character.maps import MAX_SLOPE, Map, angles, normals_of
 from facezip.character.tiles import charts
 from facezip.export import TARGETS
+from facezip.export.fill import Fill
 from facezip.export.levels import averaged_levels
 from facezip.export.measured import codec_errors, mip_errors
 from facezip.export.mips import Pyramid
@@ -24,7 +25,7 @@ from facezip.pack.sampling import bilinear_taps
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import grid_topology
 from tests.facezip.export.conftest import KINDS, layered_model, smooth_model
-from tests.facezip.export.test_maps import code
+from tests.facezip.export.test_textures import code
 from tests.facezip.surfaces import random_surface
 
 THREE = (KINDS[0], KINDS[2], KINDS[3])
@@ -95,7 +96,9 @@ def test_every_map_of_every_tile_is_there_by_the_document_alone(pack, exported):
         folder = exported / str(tile)
         for kind in model.maps:
             seen = straightforward(folder, blend, kind, reader(folder))
-            np.testing.assert_allclose(seen, model.blend(kind, tile, blend), atol=2e-5 * kind.unit, err_msg=kind.name)
+            np.testing.assert_allclose(
+                seen, model.blend(blend, kind.name, tile), atol=2e-5 * kind.unit, err_msg=kind.name
+            )
 
 
 def test_maps_share_textures_where_they_fit(pack, exported):
@@ -115,14 +118,12 @@ def test_maps_share_textures_where_they_fit(pack, exported):
 
 @pytest.mark.parametrize("change", ["size", "bits"])
 def test_maps_that_differ_do_not_share(tmp_path, change):
-    model, bits = layered_model(kinds=THREE, size=(24, 40)), {}
+    model = layered_model(kinds=THREE, size=(24, 40))
     if change == "size":
         other = layered_model(kinds=THREE, size=(48, 80)).parts["roughness", 1001]
-        weights = model.whole.weights
-        model = replace(model, parts={**model.parts, ("roughness", 1001): replace(other, weights=weights)})
     else:
-        bits = {("roughness", 1001): 16}
-    write_pack(model, tmp_path / "me.facezip", neutral_bits=bits)
+        other = replace(model.parts["roughness", 1001], bits=16)
+    write_pack(replace(model, parts={**model.parts, ("roughness", 1001): other}), tmp_path / "me.facezip")
     (tile,) = read_source(tmp_path / "me.facezip").tiles
     assert [sheet.name for sheet in tile.sheets] == ["", "normal", "roughness"]
     TARGETS["godot"](tmp_path / "me.facezip", tmp_path / "out")
@@ -130,28 +131,93 @@ def test_maps_that_differ_do_not_share(tmp_path, change):
     assert (stored.shape, stored.dtype) == (((48, 80, 1), "u1") if change == "size" else ((24, 40, 1), "u2"))
 
 
+def test_blocks_keep_normals_alone_where_that_takes_no_fetch_more(tmp_path):
+    """Of five maps: cavity, roughness and specular fill a sheet. Of three, normals and roughness have to share."""
+    for kinds, sheets in ((KINDS, ["", "cavity_roughness_specular_", "normal_"]), (THREE, ["", "normal_roughness_"])):
+        folder = tmp_path / str(len(kinds))
+        folder.mkdir()
+        pack = written(layered_model(smooth_model, kinds=kinds, side=16, weights=2), folder)
+        document = TARGETS["godot"](pack, folder / "out", textures="dds")
+        files = {file.name for file in (folder / "out").glob("*.dds")}
+        names = ("neutral", *(f"difference_{i}" for i in range(4)))
+        assert files == {f"{sheet}{name}.dds" for sheet in sheets for name in names}
+        assert document["maps"]["normal"]["codec"]["name"] == ("bc5" if kinds is KINDS else "bc7")
+        plain = TARGETS["godot"](pack, folder / "png")
+        assert len(plain["textures"]) == len(document["textures"])
+
+
+def test_apart_every_map_has_textures_of_its_own(pack, tmp_path):
+    document = TARGETS["godot"](pack, tmp_path / "out", maps="apart")["tiles"]["1002"]
+    folder, model, blend = tmp_path / "out" / "1002", read_pack(pack), {"expr_0": 0.7, "expr_2": 0.4}
+    textures = [{place["neutral"], *place["differences"]} for place in document["maps"].values()]
+    assert len(set.union(*textures)) == sum(map(len, textures)) == 5 * len(KINDS)
+    for kind in model.maps:
+        seen = straightforward(folder, blend, kind, reader(folder))
+        np.testing.assert_allclose(seen, model.blend(blend, kind.name, 1002), atol=2e-5 * kind.unit)
+
+
 def test_what_is_stored_is_read_back(pack):
+    model = read_pack(pack)
     for tile in read_source(pack).tiles:
         for sheet in tile.sheets:
-            neutral, *differences = sheet.stored()
+            neutral, *differences = sheet.images()
             assert neutral.shape[2] == 3
-            np.testing.assert_allclose(sheet.unpacked(neutral), sheet.model.neutral, atol=1e-6)
-            for slot, steps in enumerate(differences):
-                np.testing.assert_allclose(sheet.difference(steps, slot), sheet.model.differences[slot], atol=1e-6)
+            for kind, at in sheet.maps:
+                part = model.parts[kind.name, tile.layout.number]
+                np.testing.assert_allclose(sheet.unpacked(neutral)[..., at], part.neutral, atol=1e-6)
+                for slot, steps in enumerate(differences):
+                    seen = sheet.difference(steps, slot)[..., at]
+                    np.testing.assert_allclose(seen, part.differences[slot], atol=1e-6)
 
 
-def test_openimageio_sees_blends_as_far_from_the_pack_as_is_stated(smooth, tmp_path):
-    document = TARGETS["godot"](smooth, tmp_path / "out", textures="dds")
+def test_a_part_is_that_of_the_pack(pack):
+    model = read_pack(pack)
+    for tile in read_source(pack).tiles:
+        for sheet in tile.sheets:
+            whole = sheet.dequantised()
+            for kind, at in sheet.maps:
+                part = model.parts[kind.name, tile.layout.number]
+                np.testing.assert_array_equal(whole.neutral[..., at], part.neutral)
+                np.testing.assert_array_equal(whole.differences[..., at], part.differences)
+
+
+def interpolated(blocks, size):
+    """Texels ``(H, W)`` in [0, 1] of BC4 blocks of 8 bytes, as the format defines them."""
+    width = size[1]
+    texels = np.empty(size)
+    for number, block in enumerate(blocks):
+        first, second = int(block[0]), int(block[1])
+        steps = 7 if first > second else 5
+        palette = [first, second, *((first * (steps - k) + second * k) / steps for k in range(1, steps)), 0, 255][:8]
+        bits = int.from_bytes(block[2:].tobytes(), "little")
+        top, left = number // (width // 4) * 4, number % (width // 4) * 4
+        codes = np.array([bits >> 3 * k & 7 for k in range(16)])
+        texels[top : top + 4, left : left + 4] = np.array(palette)[codes].reshape(4, 4) / 255
+    return texels
+
+
+@pytest.mark.parametrize("maps", ["together", "apart"])
+def test_others_see_blends_as_far_from_the_pack_as_is_stated(smooth, maps, tmp_path):
+    document = TARGETS["godot"](smooth, tmp_path / "out", textures="dds", maps=maps)
     model, name = read_pack(smooth), "expr_1"
 
     def read(entry):
-        image = oiio.ImageBuf(str(tmp_path / "out" / entry["file"]))
-        pixels = image.get_pixels(oiio.UINT8)
-        return pixels / 255 if image.spec().format == "uint8" else pixels
+        file = tmp_path / "out" / entry["file"]
+        dxgi, (rows, columns) = (
+            int.from_bytes(file.read_bytes()[128:132], "little"),
+            model.parts["normal", 1001].neutral.shape[:2],
+        )
+        if dxgi == 98:
+            return oiio.ImageBuf(str(file)).get_pixels(oiio.UINT8) / 255
+        # OpenImageIO's decoder rounds what GPUs interpolate.
+        channels = {80: 1, 83: 2}[dxgi]
+        content = np.frombuffer(file.read_bytes()[148:][: rows * columns * channels // 2], np.uint8)
+        blocks = content.reshape(-1, channels, 8)
+        return np.stack([interpolated(blocks[:, k], (rows, columns)) for k in range(channels)], axis=2)
 
     for kind in model.maps:
         seen = straightforward(tmp_path / "out", {name: 1.0}, kind, read)
-        wanted = model.blend(kind, 1001, {name: 1.0})
+        wanted = model.blend({name: 1.0}, kind.name)
         codec = document["maps"][kind.name]["codec"]
         if kind.is_normal:
             error, stated = angles(seen.astype(np.float32), wanted).mean(), codec["angular_error_per_expression"][name]
@@ -170,29 +236,29 @@ def test_slopes_are_averaged_as_slopes(smooth):
     slopes[:, ::2] = (3.0, 0.0)
     slopes[:, 1::2] = (-1.0, 0.5)
     values = np.full((64, 64, 3), 0.25, np.float32)
-    values[..., at] = kind.fitted(normals_of(slopes))
-    looks = list(Pyramid(np.ones((64, 64), bool)).looks(sheet, values))
+    values[..., at] = kind.encode(normals_of(slopes))
+    looks = list(Pyramid(Fill(np.ones((64, 64), bool))).looks(sheet, values))
     for look in looks[1:]:
         expected = normals_of(np.broadcast_to(np.float32([1.0, 0.25]), (*look.shape[:2], 2)))
-        assert angles(kind.values(look[..., at]), expected).max() < 0.01
+        assert angles(kind.decode(look[..., at]), expected).max() < 0.01
         np.testing.assert_allclose(look[..., 2], 0.25, atol=1e-6)
     vectors = normals_of(slopes)[:2, :2].mean(axis=(0, 1))
-    assert angles(vectors / np.linalg.norm(vectors), kind.values(looks[1][..., at])[0, 0]) > 10
+    assert angles(vectors / np.linalg.norm(vectors), kind.decode(looks[1][..., at])[0, 0]) > 10
 
 
 def test_levels_that_are_fitted_are_nearer_for_every_map(smooth):
     (tile,) = read_source(smooth).tiles
     sheet = tile.sheets[1]
     assert sheet.name == "normal_roughness"
-    pyramid, plain, fitted = code(sheet)
-    averaged = list(averaged_levels(sheet, pyramid, bc7()))
-    rows = mip_errors(sheet, pyramid, plain, fitted=fitted, averaged=averaged)
+    part, pyramid, plain, fitted = code(sheet)
+    averaged = list(averaged_levels(sheet, part, pyramid, bc7()))
+    rows = mip_errors(sheet, part, pyramid, plain, fitted=fitted, averaged=averaged)
     assert [len(of_map) for of_map in rows.values()] == [4, 4]
     # Channels of one block pay for each other; together they gain at every level.
     gains = [[row["fitted"] / row["averaged"] for row in levels] for levels in zip(*rows.values(), strict=True)]
     assert max(np.mean(gains, axis=1)) < 1, gains
     assert np.mean(gains) < 0.9, gains
-    exact = codec_errors(sheet, pyramid, plain[0])
+    exact = codec_errors(sheet, part, pyramid, plain[0].part)
     assert exact["normal"]["angular_error"] < 1e-3
     assert exact["roughness"]["rmse"] < 1e-3
 

@@ -1,0 +1,137 @@
+"""The textures of an export, what is measured of them, and what its document says of them."""
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+from facezip.blocks.codecs import Codec, raw
+from facezip.export.containers import Pieces
+from facezip.export.formats import Format
+from facezip.export.joining import CHANNELS
+from facezip.export.levels import averaged_levels, fitted_levels
+from facezip.export.measured import codec_errors, measure_of, mip_errors
+from facezip.export.mips import Pyramid, targets
+from facezip.export.sheets import Sheet
+from facezip.export.source import Tile
+from facezip.files.images import write_texture
+from facezip.machine import memory
+from facezip.pack.footprint import SLOTS_PER_LAYER
+from facezip.pack.quantise import ZERO
+
+Document = dict[str, Any]
+# Bytes that are written at a time.
+PIECE = 2**22
+
+
+def write_maps(tile: Tile, folder: Path, form: Format, upside_down: bool = False) -> Document:
+    """Write the textures and weight maps of a tile into ``folder``.
+
+    Parameters
+    ----------
+    tile : of a pack.
+    form : of neutrals and differences; weight maps are PNGs always, since they are small and blocks would show.
+    upside_down : whether blocks begin with the last row, as in Unity's memory.
+
+    Returns
+    -------
+    ``textures``: by name the file, and the numbers that turn its texels t in [0, 1] back into values; ``maps``: by name
+    where each is, the ``codec``'s name and errors and those of ``mips``; ``codec`` and ``mips`` of the first, which is
+    the albedo.
+    """
+    textures: Document = {}
+    maps: Document = {}
+    loss: dict[str, float] = {}
+    with form.codecs() as codecs:
+        for sheet in tile.sheets:
+            codec = codecs.get(sheet.channels)
+            if codec is None:
+                measured, lost = _write_images(sheet, folder, form), dict[str, float]()
+            else:
+                measured, lost = _write_blocks(sheet, folder, form, codec, upside_down)
+            suffix = form.suffix_of(codec.name if codec else form.name)
+            textures |= _described(sheet, suffix)
+            maps |= {kind.name: _placed(sheet, kind.name) | measured[kind.name] for kind, _ in sheet.maps}
+            loss |= lost
+    first = maps[tile.maps[0].name]
+    stated: Document = {"name": form.name} | ({"maps": loss} if loss else {})
+    return {
+        "textures": textures | _weights(tile, folder),
+        "maps": {kind.name: maps[kind.name] for kind in tile.maps},
+        "codec": stated | first.get("codec", {}),
+        "mips": first["mips"],
+    }
+
+
+def _write_images(sheet: Sheet, folder: Path, form: Format) -> Document:
+    """What is measured of each map."""
+    for name, image in zip(sheet.textures, sheet.images(), strict=True):
+        write_texture(folder / f"{name}{form.suffix}", image)
+    part, pyramid = sheet.dequantised(), Pyramid(sheet.fill)
+    plain = list(averaged_levels(sheet, part, pyramid, raw(CHANNELS)))
+    return {name: {"mips": rows} for name, rows in mip_errors(sheet, part, pyramid, plain).items()}
+
+
+def _write_blocks(
+    sheet: Sheet, folder: Path, form: Format, codec: Codec, upside_down: bool
+) -> tuple[Document, dict[str, float]]:
+    """What is measured of each map, and what storing lost of each texture."""
+    part, pyramid = sheet.dequantised(), Pyramid(sheet.fill)
+    plain = list(averaged_levels(sheet, part, pyramid, raw(CHANNELS)))
+    levels = list(fitted_levels(sheet, part, pyramid, plain, targets(sheet, part, pyramid), codec, upside_down))
+    for name in sheet.textures:
+        stored = [level.stored[name] for level in levels]
+        _write(form.pieces(sheet.size, stored, codec.name, name), folder / f"{name}{form.suffix_of(codec.name)}")
+    averaged = list(averaged_levels(sheet, part, pyramid, codec))
+    seen, afterwards = (codec_errors(sheet, part, pyramid, one[0].part) for one in (levels, averaged))
+    mips = mip_errors(sheet, part, pyramid, plain, averaged=averaged, fitted=levels)
+    found = {}
+    for kind, _ in sheet.maps:
+        name, measure = kind.name, measure_of(kind)
+        without = {f"{measure}_without_fit": afterwards[name][measure]}
+        found[name] = {"codec": {"name": codec.name} | seen[name] | without, "mips": mips[name]}
+    return found, levels[0].loss
+
+
+def _write(pieces: Pieces, file: Path) -> None:
+    with open(file, "wb") as content:
+        for piece in pieces:
+            for start in range(0, len(piece), PIECE):
+                content.write(piece[start : start + PIECE])
+                memory.ease()
+
+
+def _placed(sheet: Sheet, name: str) -> Document:
+    """Where a map is."""
+    kind, at = next((kind, at) for kind, at in sheet.maps if kind.name == name)
+    neutral, *differences = sheet.textures
+    return {
+        "encoding": kind.encoding,
+        "range": [kind.low, kind.high],
+        "size": list(sheet.size),
+        "neutral": neutral,
+        "differences": differences,
+        "channels": list(range(at.start, at.stop)),
+    }
+
+
+def _described(sheet: Sheet, suffix: str) -> Document:
+    entries: Document = {name: {"file": f"{name}{suffix}"} for name in sheet.textures}
+    for entry, span in zip(list(entries.values())[1:], sheet.span_of_values, strict=True):
+        entry |= {"scale": list(span), "zero": ZERO / 255}
+    return entries
+
+
+def _weights(tile: Tile, folder: Path) -> Document:
+    """Copies the pack's weight maps; uniform weights are constants in the shader."""
+    entries: Document = {}
+    for layer, file in enumerate(tile.weight_files):
+        shutil.copyfile(file, folder / f"weights_{layer}.png")
+        slots = slice(SLOTS_PER_LAYER * layer, SLOTS_PER_LAYER * (layer + 1))
+        entries[f"weights_{layer}"] = {
+            "file": f"weights_{layer}.png",
+            "columns": tile.layout.weight_columns,
+            "size": list(tile.layout.weight_size),
+            "scale": list(tile.layout.weight_span[slots]),
+            "offset": list(tile.layout.weight_offset[slots]),
+        }
+    return entries

@@ -1,0 +1,94 @@
+"""Where arrays live changes how much memory an export or a decompression takes, and nothing else."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from facezip import FaceZipError
+from facezip.errors import ErrorCode
+from facezip.export import TARGETS
+from facezip.machine import memory
+from facezip.pack.read import read_pack
+from facezip.pack.write import write_pack
+from tests.facezip.conftest import ALBEDO_KEY
+from tests.facezip.export.conftest import KINDS, layered_model, smooth_model, with_part
+
+
+@pytest.fixture(scope="module")
+def layered(tmp_path_factory):
+    path = tmp_path_factory.mktemp("packs") / "me.facezip"
+    model = layered_model(smooth_model, (KINDS[0], KINDS[2], KINDS[3]), tiles=(1001, 1002), side=40, weights=5)
+    write_pack(model, path)
+    return path
+
+
+def files_of(folder):
+    return {file.relative_to(folder): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+
+
+@pytest.mark.parametrize(("textures", "maps"), [("png", "together"), ("dds", "together"), ("ktx2", "apart")])
+def test_a_streamed_export_has_the_bytes_of_one_made_in_memory(layered, textures, maps, tmp_path, monkeypatch):
+    TARGETS["godot"](layered, tmp_path / "here", textures=textures, maps=maps)
+    monkeypatch.setattr(memory, "LEAST", -(10**9))
+    with memory.limited(10**6, tmp_path):
+        TARGETS["godot"](layered, tmp_path / "streamed", textures=textures, maps=maps)
+    assert files_of(tmp_path / "streamed") == files_of(tmp_path / "here")
+
+
+def test_a_streamed_blend_is_the_one_made_in_memory(layered, tmp_path, monkeypatch):
+    def blends():
+        model = read_pack(layered)
+        return [model.blend({"expr_0": 0.7}, *key) for key in model.parts]
+
+    here = blends()
+    monkeypatch.setattr(memory, "LEAST", -(10**9))
+    with memory.limited(10**6, tmp_path):
+        for ours, theirs in zip(blends(), here, strict=True):
+            np.testing.assert_array_equal(ours, theirs)
+
+
+def write_large(path, channels, slots):
+    """A pack of one albedo, of the same texels again and again."""
+    model, times = smooth_model(side=64, weights=8, expressions=8, slots=slots), 24
+    part = model.parts[ALBEDO_KEY]
+    neutral = np.tile(part.neutral[..., :channels], (times, times, 1))
+    write_pack(with_part(model, neutral, np.tile(part.differences[..., :channels], (1, times, times, 1))), path)
+
+
+def peak_of(*line):
+    """Peak memory of a command in a process of its own, and the document that it prints."""
+    # As many threads, and what they work on, on every machine.
+    call = "import os, sys; os.sched_getaffinity = lambda _: {0, 1}; "
+    call += "from facezip.cli import facezip; from facezip.machine.conditions import peak_memory; "
+    call += "facezip.main(standalone_mode=False); print(peak_memory(), file=sys.stderr)"
+    command = [sys.executable, "-c", call, *map(str, line), "--json", "--overwrite"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+    return int(done.stderr.split()[-1]), json.loads(done.stdout)
+
+
+# Of an export little to code, and of a decompression much to hold.
+@pytest.mark.parametrize(
+    ("channels", "slots", "limit", "line"),
+    [(1, 2, 430, "export --to godot --textures dds"), (3, 8, 470, "decompress --expression expr_0")],
+    ids=["export", "decompress"],
+)
+def test_a_limit_is_kept_where_a_run_without_it_takes_more(channels, slots, limit, line, tmp_path):
+    write_large(tmp_path / "me.facezip", channels, slots)
+    verb, *options = line.split()
+    in_memory, whole = peak_of(verb, tmp_path / "me.facezip", *options, "-o", tmp_path / "out")
+    here = files_of(tmp_path / "out")
+    streamed, same = peak_of(verb, tmp_path / "me.facezip", *options, "-o", tmp_path / "out", "--memory", f"{limit}M")
+    assert streamed < 1e6 * limit < in_memory
+    assert same == whole
+    assert files_of(tmp_path / "out") == here
+
+
+@pytest.mark.parametrize("work", [lambda pack, out: TARGETS["godot"](pack, out), lambda pack, _: read_pack(pack)])
+def test_a_limit_that_is_too_small_names_the_least_that_works(layered, work, tmp_path):
+    with memory.limited(10**6, tmp_path), pytest.raises(FaceZipError, match=r"need \d+M at least") as refusal:
+        work(layered, tmp_path / "out")
+    assert refusal.value.code is ErrorCode.BAD_VALUE
+    assert not (tmp_path / "out").exists()
