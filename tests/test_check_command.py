@@ -76,7 +76,8 @@ def test_every_map_on_every_tile_is_put_right(tiled, tmp_path):
     assert document["misregistered"] == [MOVED]
     found = document["expressions"][MOVED]
     assert set(found["tiles"]) == {"1001", "1002"}
-    assert found["rms"] == max(one["rms"] for one in found["tiles"].values()) == found["tiles"][str(found["tile"])]["rms"]
+    assert found["rms"] == max(tile["rms"] for tile in found["tiles"].values())
+    assert found["rms"] == found["tiles"][str(found["tile"])]["rms"]
     assert document["register"]["rms"][MOVED] < 2 * LEFT
     bad, right = load_character(scans), load_character(tmp_path / "right")
     assert right.maps == bad.maps

@@ -101,7 +101,8 @@ def _write(output: Path, overwrite: bool, document: Mapping[str, Any], scans: Ch
 def _lines(document: Mapping[str, Any]) -> list[str]:
     found, wrong = document["expressions"], document["misregistered"]
     width, several = max(map(len, found)), len(document["character"]["tiles"]) > 1
-    lines = [f"{'texels off the neutral':{max(width + 2, 22)}}     rms   worst   at u, v{' on tile' if several else ''}"]
+    heading = "at u, v on tile" if several else "at u, v"
+    lines = [f"{'texels off the neutral':{max(width + 2, 22)}}     rms   worst   {heading}"]
     for name, one in sorted(found.items(), key=lambda pair: -pair[1]["rms"] / pair[1]["threshold"]):
         after = document.get("register", {}).get("rms", {}).get(name)
         moved = "" if after is None else f"  registered: {after:.2f}"
