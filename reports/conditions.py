@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from facezip.pack.facts import several
 from reports.metrics import FLOOR, METRICS, measured
 
 LABELS = {
@@ -49,8 +50,9 @@ def condition_rows(document: Mapping[str, Any]) -> list[tuple[str, str]]:
 def _character(character: Mapping[str, Any]) -> str:
     height, width = character["resolution"]
     return (
-        f"{character['name']}: {len(character['expressions'])} expressions, {width} × {height} texels, "
-        f"{character['channels']} channels, {character['vertices']:,} vertices, {character['triangles']:,} triangles"
+        f"{character['name']}: {len(character['expressions'])} expressions{several(character)}, {width} × {height} "
+        f"texels, {character['channels']} channels, {character['vertices']:,} vertices, {character['triangles']:,} "
+        "triangles"
     )
 
 
