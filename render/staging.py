@@ -20,6 +20,11 @@ def staged_topology(character: Character) -> Topology:
     return Atlas.of(character.tiles).topology(character.meshes.topology)
 
 
+def rendered_maps(character: Character) -> list[str]:
+    """The maps of a character that renderers know; others are compressed and measured."""
+    return [kind.name for kind in character.maps if kind.name in RENDERED]
+
+
 def staged_original(character: Character) -> Callable[[str], Texture]:
     """What is rendered of the scans, by the name of an expression or ``neutral``."""
     return staged(character, character.texels)

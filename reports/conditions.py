@@ -17,6 +17,7 @@ LABELS = {
     "lights": "Lights",
     "material": "Skin",
     "transport": "Light transport",
+    "maps_rendered": "Maps that light meets",
     "thresholds": "Limits",
     "confidence": "Confidence intervals",
     "debiased": "Free of the bias of noise",
