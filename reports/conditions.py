@@ -18,6 +18,7 @@ LABELS = {
     "material": "Skin",
     "transport": "Light transport",
     "maps_rendered": "Maps that light meets",
+    "importance_of": "Importance of",
     "thresholds": "Limits",
     "confidence": "Confidence intervals",
     "debiased": "Free of the bias of noise",

@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
 
-from facezip.character.scans import Character
+from facezip.character.maps import KNOWN
+from facezip.character.meshes import Meshes
+from facezip.character.scans import Character, Stack
 from facezip.files.obj import Topology
 from render.paired import PairedRenderer
 from scenes.cameras import frame_of
@@ -46,12 +48,6 @@ def character(head, texture):
     vertices, topology = head
     rng = np.random.default_rng(1)
     textures = np.clip(texture + rng.normal(0, 0.05, (2, *texture.shape)), 0, 1)
-    return Character(
-        name="ball",
-        topology=topology,
-        expressions=("smile", "frown"),
-        neutral_vertices=vertices,
-        vertices=np.stack([vertices * 1.01, vertices * 0.99]).astype(np.float32),
-        neutral=np.rint(texture * 255).astype(np.uint8),
-        textures=np.rint(textures * 255).astype(np.uint8),
-    )
+    meshes = Meshes(topology, vertices, np.stack([vertices * 1.01, vertices * 0.99]).astype(np.float32))
+    stack = Stack(np.rint(texture * 255).astype(np.uint8), np.rint(textures * 255).astype(np.uint8))
+    return Character("ball", ("smile", "frown"), meshes, (KNOWN["albedo"],), {("albedo", 1001): stack})
