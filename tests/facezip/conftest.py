@@ -1,15 +1,21 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from facezip.character.maps import ALBEDO, KNOWN
 from facezip.character.meshes import Meshes
-from facezip.character.scans import Character
+from facezip.character.scans import Character, Stack
+from facezip.character.tiles import FIRST_TILE
 from facezip.files.obj import Topology
 from facezip.fit.methods import compress
-from facezip.pack.model import CompressedTextures
+from facezip.pack.errors import albedo_errors, mean_rmse
+from facezip.pack.model import CompressedTextures, Part
+
+ALBEDO_KEY = (ALBEDO, FIRST_TILE)
 
 
 def grid_topology(side):
@@ -35,33 +41,61 @@ def random_character(seed=0, expressions=5, side=32, grid=9, dtype=np.uint8):
     )
     neutral = np.clip(0.5 + rng.normal(0, 0.05, (side, side, 3)), 0, 1)
     maximum = 1 if dtype == np.float32 else np.iinfo(dtype).max
-    return Character(
-        name="sheet",
-        topology=topology,
-        expressions=tuple(f"expr_{n}" for n in range(expressions)),
-        neutral_vertices=vertices,
-        vertices=(vertices + rng.normal(0, 0.1, (expressions, *vertices.shape))).astype(np.float32),
-        neutral=(neutral * maximum).astype(dtype),
-        textures=(np.clip(textures, 0, 1) * maximum).astype(dtype),
-    )
+    moved = (vertices + rng.normal(0, 0.1, (expressions, *vertices.shape))).astype(np.float32)
+    stack = Stack((neutral * maximum).astype(dtype), (np.clip(textures, 0, 1) * maximum).astype(dtype))
+    return one_albedo(stack, Meshes(topology, vertices, moved))
+
+
+def one_albedo(stack, meshes=None, expressions=None):
+    """A character of one albedo on one tile; on a sheet that nothing moves where no meshes are given."""
+    count = len(stack.textures)
+    if meshes is None:
+        topology = grid_topology(9)
+        flat = np.c_[topology.uv * 20, np.zeros(len(topology.uv))].astype(np.float32)
+        meshes = Meshes(topology, flat, np.repeat(flat[None], count, axis=0))
+    names = expressions or tuple(f"expr_{n}" for n in range(count))
+    return Character("sheet", names, meshes, (KNOWN[ALBEDO],), {ALBEDO_KEY: stack})
+
+
+def with_albedo(character, **changes):
+    """The character with parts of its albedo replaced: neutral, textures, mask."""
+    stack = replace(character.stacks[ALBEDO_KEY], **changes)
+    return replace(character, stacks={**character.stacks, ALBEDO_KEY: stack})
 
 
 def random_model(seed=0, size=(24, 40), weights=(3, 5), slots=4, expressions=3, meshes=False):
     rng = np.random.default_rng(seed)
-    topology = grid_topology(4)
-    geometry = Meshes(
-        topology,
-        rng.normal(size=(16, 3)).astype(np.float32),
-        rng.normal(size=(expressions, 16, 3)).astype(np.float32),
+    sheet = grid_topology(4)
+    neutral = rng.normal(size=(16, 3)).astype(np.float32)
+    geometry = Meshes(sheet, neutral, neutral + rng.normal(size=(expressions, 16, 3)).astype(np.float32))
+    part = Part(
+        (rng.integers(0, 256, (*size, 3)) / 255).astype(np.float32),
+        rng.normal(0, 0.1, (slots, *size, 3)).astype(np.float32),
     )
-    return CompressedTextures(
-        neutral=(rng.integers(0, 256, (*size, 3)) / 255).astype(np.float32),
-        differences=rng.normal(0, 0.1, (slots, *size, 3)).astype(np.float32),
-        weights=rng.normal(0, 1, (expressions, *weights, slots)).astype(np.float32),
-        expressions=tuple(f"expr_{n}" for n in range(expressions)),
-        method="refined",
-        meshes=geometry if meshes else None,
-    )
+    maps = rng.normal(0, 1, (expressions, *weights, slots)).astype(np.float32)
+    names = tuple(f"expr_{n}" for n in range(expressions))
+    return one_part(part, maps, names, geometry if meshes else None)
+
+
+def one_part(part, weights, expressions=None, meshes=None, method="refined"):
+    """A model of one albedo on one tile."""
+    names = expressions or tuple(f"expr_{n}" for n in range(len(weights)))
+    return CompressedTextures(method, names, (KNOWN[ALBEDO],), {ALBEDO_KEY: part}, {FIRST_TILE: weights}, meshes)
+
+
+def part_of(model):
+    """The albedo of a model on the first tile."""
+    return model.parts[ALBEDO_KEY]
+
+
+def weights_of(model):
+    """Its weight maps ``(N, h, w, R)`` on the first tile."""
+    return model.weights[FIRST_TILE]
+
+
+def rmse(character, model):
+    """The mean over expressions of the albedo's RMSE, 0..255."""
+    return mean_rmse(albedo_errors(character, model))
 
 
 @pytest.fixture
