@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import zoom
 
 from facezip.files.obj import Topology
+from facezip.machine import memory
 
 # Without UDIM, everything lies in the first tile.
 FIRST_TILE = 1001
@@ -84,7 +85,7 @@ class Atlas:
         if len(textures) == 1 == self.rows * self.columns:
             return next(iter(textures.values()))
         height, width, channels = np.max([texture.shape for texture in textures.values()], axis=0)
-        whole = np.zeros((self.rows * height, self.columns * width, channels), np.float32)
+        whole: NDArray[np.float32] = memory.zeros((self.rows * height, self.columns * width, channels), np.float32)
         for tile, texture in textures.items():
             column, row = place_of(tile)
             top, left = (self.rows - 1 - (row - self.below)) * height, (column - self.left) * width
