@@ -1,25 +1,28 @@
 """An animated blend, original against compressed: every frame on the same light paths, and the worst one named."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from facezip.character.maps import ALBEDO
 from facezip.machine.progress import track
-from facezip.rigging.originals import Originals
+from facezip.pack.errors import Errors, texture_errors
+from facezip.pack.model import CompressedTextures
+from facezip.rigging.originals import BLEND, Originals
 from facezip.rigging.sequences import Pose
 from render.llvm import start
 from render.metrics import UNITS, Picture, compare, display, head_crop
-from render.paired import Images, PairedRenderer, upload
+from render.paired import Images, PairedRenderer
 from render.settings import Settings
+from render.skins import uploaded
+from render.staging import Source, rendered_maps, staged, staged_topology
 from scenes.cameras import frame_of
 
 FORMAT = "facezip-animation/1"
 MEANS = ("texture_rmse", "image_rmse", "flip", "delta_e_mean", "delta_e_p95", "ssim")
-Texture = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,23 +39,23 @@ class Film:
     images: list[Images]
 
 
-def animate(
-    originals: Originals, compressed: Callable[[dict[str, float]], Texture], frames: Sequence[Pose], settings: Settings
-) -> Film:
-    """Render every frame in the first view and light of the settings, and measure it.
+def animate(originals: Originals, model: CompressedTextures, frames: Sequence[Pose], settings: Settings) -> Film:
+    """Render every frame in the first view and light of the settings, with all maps and tiles, and measure it.
 
     Every frame has the same random numbers, so that noise stands still.
 
     Parameters
     ----------
     originals : textures and geometry of blends.
-    compressed : gives ``(H, W, C)`` float32 in [0, 1] for weights β.
+    model : what they are compared with.
+    frames : the blends.
+    settings : how to look.
     """
     settings.check()
     versions, begin = start(), perf_counter()
     view, light = settings.views[0], settings.lights[0]
     renderer = PairedRenderer(
-        originals.character.meshes.topology,
+        staged_topology(originals.character),
         frame_of(originals.neutral),
         [light],
         settings.material,
@@ -62,32 +65,52 @@ def animate(
     found: list[dict[str, Any]] = []
     images: list[Images] = []
     for pose in track(frames, "Rendering the animation", len(frames)):
-        textures = originals.texture(pose.weights), compressed({**pose.weights})
-        renderer.pose(originals.vertices(pose.weights))
-        images.append(renderer.render([upload(one) for one in textures], view, light, settings.spp, settings.seed))
-        measured = {"texture_rmse": _texture_rmse(*textures, originals.character.first.mask), **_measured(images[-1])}
+        blend, compressed = originals.blended(pose.weights), _source(model, pose.weights)
+        renderer.pose(blend.mesh_vertices(BLEND))
+        skins = [uploaded(staged(blend, one)(BLEND), settings.material) for one in (blend.texels, compressed)]
+        images.append(renderer.render(skins, view, light, settings.spp, settings.seed))
+        measured = {**_map_errors(texture_errors(blend, compressed)), **_measured(images[-1])}
         found.append({"frame": len(found), "pose": pose.name, "weights": {**pose.weights}, **measured})
     document = {
         "format": FORMAT,
         "character": originals.character.facts,
         "original": originals.definition,
-        "conditions": {**versions, **_conditions(settings)},
+        "conditions": {**versions, **_conditions(settings), "maps_rendered": rendered_maps(originals.character)},
         "frames": found,
-        "means": {key: float(np.mean([frame[key] for frame in found])) for key in MEANS},
+        "means": _means(found),
         "worst": max(found, key=lambda frame: frame["image_rmse"])["frame"],
         "seconds": {"total": round(perf_counter() - begin, 2)},
     }
     return Film(document, images)
 
 
+def _source(model: CompressedTextures, weights: Mapping[str, float]) -> Source:
+    """The texels of a blend, whatever name is asked for."""
+    return lambda _, key: model.texels(weights, key)
+
+
+def _map_errors(errors: Errors) -> dict[str, Any]:
+    """RMSE of the albedo, and of each map its RMSE or mean angle: there is one expression, so means are its own."""
+    numbers = {
+        name: {key: value for key, value in found.items() if not key.endswith("_per_expression")}
+        for name, found in errors.items()
+    }
+    return {"texture_rmse": errors[ALBEDO]["rmse"], "map_errors": numbers}
+
+
+def _means(frames: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Of every number of the frames."""
+    errors = [frame["map_errors"] for frame in frames]
+    maps = {
+        name: {key: float(np.mean([one[name][key] for one in errors])) for key in found}
+        for name, found in errors[0].items()
+    }
+    return {**{key: float(np.mean([frame[key] for frame in frames])) for key in MEANS}, "map_errors": maps}
+
+
 def _measured(images: Images) -> dict[str, float | None]:
     crop, head = head_crop(images.coverage), images.coverage >= 0.5
     return compare(*(Picture(display(linear[crop]), head[crop]) for linear in images.linear))
-
-
-def _texture_rmse(one: Texture, other: Texture, mask: Texture | None) -> float:
-    squares = np.square(one - other, dtype=np.float64).mean(axis=2)
-    return float(255 * np.sqrt(np.average(squares, weights=mask)))
 
 
 def _conditions(settings: Settings) -> dict[str, Any]:

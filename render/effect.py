@@ -1,4 +1,4 @@
-"""Image errors of several sets of textures under the same looks, on the same light paths."""
+"""Image errors of several sets of maps under the same looks, on the same light paths."""
 
 from collections.abc import Callable, Sequence
 
@@ -9,30 +9,31 @@ from facezip.character.scans import Character
 from facezip.machine.progress import task
 from render.importance import Sight
 from render.metrics import display, image_rmse
-from render.paired import upload
+from render.skins import Texture, uploaded
+from render.staging import staged_original
 
-Textures = Callable[[str], NDArray[np.float32]]
+Skins = Callable[[str], Texture]
 
 
-def image_errors(character: Character, candidates: Sequence[Textures], sight: Sight) -> NDArray[np.float64]:
+def image_errors(character: Character, candidates: Sequence[Skins], sight: Sight) -> NDArray[np.float64]:
     """Image RMSE of K candidates against the character: ``(K, expressions, looks)``, 0..255, over head pixels.
 
     Parameters
     ----------
-    character : the original.
-    candidates : each gives an encoded texture ``(H, W, C)`` for an expression's name.
+    character : the original, with all the maps that renderers know.
+    candidates : each gives what is rendered (:func:`render.staging.staged`) for an expression's name.
     sight : the looks, and how they are rendered.
     """
     shape = len(candidates), len(character.expressions), len(sight.looks)
     errors = np.zeros(shape)
-    renderer = sight.renderer(character)
+    renderer, original = sight.renderer(character), staged_original(character)
     with task("Rendering", shape[1] * shape[2]) as advance:
         for n, name in enumerate(character.expressions):
             renderer.pose(character.mesh_vertices(name))
-            maps = [upload(texture(name)) for texture in (character.texture, *candidates)]
+            skins = [uploaded(skin(name), sight.material) for skin in (original, *candidates)]
             for i, (view, rig) in enumerate(sight.looks):
-                images = renderer.render(maps, view, rig, sight.spp, sight.seed)
-                original, *others = display(images.linear[:, images.coverage >= 0.5])
-                errors[:, n, i] = [image_rmse(original, other) for other in others]
+                images = renderer.render(skins, view, rig, sight.spp, sight.seed)
+                shown, *others = display(images.linear[:, images.coverage >= 0.5])
+                errors[:, n, i] = [image_rmse(shown, other) for other in others]
                 advance()
     return errors

@@ -15,19 +15,28 @@ of values of an image and summed over images and channels: twice through the ope
 candidates are the diagonal w_t = Σ_p J_pt², right for errors that are independent from texel to texel, and plain Aᵀ1,
 which knows neither of display encoding nor that errors are squared. Measured, they are close to each other, and this
 one alone gained on every character and floor that was tried (docs/importance.md).
+
+Light is linear in the albedo alone. Normals, roughness and further maps have no such operator, and a fit has one
+weight a texel: theirs is the albedo's. Where a texel is seen, how large and in how much light is the same for all of
+them; what it leaves out are highlights, in which they count and the albedo does not.
+
+Tiles are looked at as one texture (:class:`facezip.character.tiles.Atlas`), and the weights given back tile by tile.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.scans import Character
+from facezip.character.maps import ALBEDO
+from facezip.character.scans import NEUTRAL, Character
+from facezip.character.tiles import Atlas
 from facezip.files.srgb import decode_srgb
 from facezip.machine.progress import task
 from render.operator import ImageOperator, image_operator
 from render.paired import PairedRenderer
+from render.staging import staged_map, staged_topology
 from scenes.cameras import View, frame_of
 
 # Of the mean weight: what a texel counts that no camera of the set sees. Others may.
@@ -58,32 +67,40 @@ class Sight:
     def renderer(self, character: Character) -> PairedRenderer:
         """For all the lights of the looks."""
         rigs = list(dict.fromkeys(rig for _, rig in self.looks))
-        return PairedRenderer(
-            character.meshes.topology, frame_of(character.meshes.neutral), rigs, self.material, self.resolution
-        )
+        frame = frame_of(character.meshes.neutral)
+        return PairedRenderer(staged_topology(character), frame, rigs, self.material, self.resolution)
 
     def operators(self, character: Character, renderer: PairedRenderer, expression: str) -> Iterator[ImageOperator]:
-        """The operator of every look at an expression, in their order."""
+        """The operator of every look at an expression, in their order; it acts on :func:`staged_albedo`."""
         renderer.pose(character.mesh_vertices(expression))
+        height, width, _ = staged_albedo(character, expression).shape
         for view, rig in self.looks:
-            yield image_operator(renderer, character.first.resolution, view, rig, self.spp, self.seed)
+            yield image_operator(renderer, (height, width), view, rig, self.spp, self.seed)
 
 
-def seen_importance(character: Character, sight: Sight) -> NDArray[np.float32]:
-    """The weight ``(H, W)`` ≥ 0 of a texel's squared error, summed over expressions, looks and channels.
+def staged_albedo(character: Character, expression: str) -> NDArray[np.float32]:
+    """``(H, W, 3)`` encoded values in [0, 1], all tiles in one texture, three channels even of grey."""
+    joined = np.clip(staged_map(character, ALBEDO, expression, character.texels), 0, 1)
+    return joined if joined.shape[2] == 3 else np.repeat(joined[:, :, :1], 3, axis=2)
 
-    Exactly zero where no camera of ``sight`` sees the texel in any expression. Multiplied by squared errors (encoded,
-    0..1) and summed, it bounds the mean squared error of an image, to first order, times the number of images.
+
+def seen_importance(character: Character, sight: Sight) -> dict[int, NDArray[np.float32]]:
+    """By tile, the weight ``(H, W)`` ≥ 0 of a texel's squared error, summed over expressions, looks and channels.
+
+    Exactly zero where no camera of ``sight`` sees the texel in any expression. Multiplied by squared errors of the
+    albedo (encoded, 0..1) and summed, it bounds the mean squared error of an image, to first order, times the number of
+    images.
     """
-    total = np.zeros(character.first.resolution, np.float64)
+    total = np.zeros(staged_albedo(character, NEUTRAL).shape[:2], np.float64)
     renderer = sight.renderer(character)
     with task("Looking at texels", len(character.expressions) * len(sight.looks)) as advance:
         for name in character.expressions:
-            encoded = rgb(character.texture(name))
+            encoded = staged_albedo(character, name)
             for operator in sight.operators(character, renderer, name):
                 total += squared_error_weight(operator, encoded)
                 advance()
-    return total.astype(np.float32)
+    sizes = {tile: stack.resolution for tile, stack in character.of_map(ALBEDO).items()}
+    return Atlas.of(character.tiles).summed(total.astype(np.float32), sizes)
 
 
 def squared_error_weight(operator: ImageOperator, encoded: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -103,25 +120,20 @@ def squared_error_weight(operator: ImageOperator, encoded: NDArray[np.float32]) 
 
 
 def regularised(
-    seen: NDArray[np.float32], mask: NDArray[np.float32] | None, floor: float = FLOOR
-) -> NDArray[np.float32]:
-    """The weight to fit with: scaled to a mean of 1 inside the mask, and mixed with a uniform one.
+    seen: Mapping[int, NDArray[np.float32]], inside: Mapping[int, NDArray[np.float32]], floor: float = FLOOR
+) -> dict[int, NDArray[np.float32]]:
+    """The weights to fit with, by tile: scaled to a mean of 1 over the face of all tiles, and mixed with a uniform one.
 
     Parameters
     ----------
-    seen : ``(H, W)`` of :func:`seen_importance`.
-    mask : ``(H, W)`` of the character, or None.
+    seen : ``(H, W)`` by tile, of :func:`seen_importance`.
+    inside : ``(H, W)`` by tile, the mask of the character.
     floor : in [0, 1], the share of the uniform weight: 0 trusts the cameras alone, 1 ignores them.
     """
-    inside = np.ones_like(seen) if mask is None else mask
-    mean = float(np.average(seen, weights=inside))
-    scaled = seen / np.float32(mean) if mean > 0 else np.ones_like(seen)
-    return (np.float32(1 - floor) * scaled + np.float32(floor)).astype(np.float32)
-
-
-def rgb(encoded: NDArray[np.float32]) -> NDArray[np.float32]:
-    """``(H, W, 3)`` of a texture, its first channel three times where there are not three."""
-    return encoded if encoded.shape[2] == 3 else np.repeat(encoded[:, :, :1], 3, axis=2)
+    total = sum(np.vdot(seen[tile], inside[tile]) for tile in seen)
+    mean = np.float32(total / sum(inside[tile].sum(dtype=np.float64) for tile in seen))
+    scaled = {tile: one / mean if mean > 0 else np.ones_like(one) for tile, one in seen.items()}
+    return {tile: (np.float32(1 - floor) * one + np.float32(floor)).astype(np.float32) for tile, one in scaled.items()}
 
 
 def _decode_slope(encoded: NDArray[np.float32]) -> NDArray[np.float32]:

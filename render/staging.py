@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from facezip.character.maps import ALBEDO, Key
 from facezip.character.scans import Character
@@ -20,6 +21,11 @@ def staged_topology(character: Character) -> Topology:
     return Atlas.of(character.tiles).topology(character.meshes.topology)
 
 
+def rendered_maps(character: Character) -> list[str]:
+    """The maps of a character that renderers know; others are compressed and measured."""
+    return [kind.name for kind in character.maps if kind.name in RENDERED]
+
+
 def staged_original(character: Character) -> Callable[[str], Texture]:
     """What is rendered of the scans, by the name of an expression or ``neutral``."""
     return staged(character, character.texels)
@@ -27,14 +33,16 @@ def staged_original(character: Character) -> Callable[[str], Texture]:
 
 def staged(character: Character, texels: Source) -> Callable[[str], Texture]:
     """A skin of all the maps that renderers know, with the tiles of each in one texture."""
-    atlas, kinds = Atlas.of(character.tiles), [kind for kind in character.maps if kind.name in RENDERED]
 
     def skin(name: str) -> Texture:
-        joined = {
-            kind.name: atlas.joined({tile: kind.decode(texels(name, (kind.name, tile))) for tile in character.tiles})
-            for kind in kinds
-        }
+        maps = {kind: staged_map(character, kind, name, texels) for kind in rendered_maps(character)}
         # One light path shades any number of albedos at the price of one.
-        return SkinMaps(**joined) if len(joined) > 1 else np.clip(joined[ALBEDO], 0, 1)
+        return SkinMaps(**maps) if len(maps) > 1 else np.clip(maps[ALBEDO], 0, 1)
 
     return skin
+
+
+def staged_map(character: Character, map: str, name: str, texels: Source) -> NDArray[np.float32]:
+    """Values of one map of an expression or ``neutral``, the tiles in one texture."""
+    kind = character.kind(map)
+    return Atlas.of(character.tiles).joined({tile: kind.decode(texels(name, (map, tile))) for tile in character.tiles})

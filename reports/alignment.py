@@ -1,6 +1,6 @@
 """The contact sheet of ``facezip check``: every expression's texture, and where it lies off the neutral's."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from facezip.character.alignment import GRID, SURE, THRESHOLD, Alignment, Alignments
+from facezip.character.alignment import GRID, SURE, THRESHOLD, Alignment, Alignments, worst_tile
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
 from facezip.files.writing import write_whole
@@ -33,7 +33,7 @@ def write_contact_sheet(path: Path, character: Character, found: Alignments) -> 
     FaceZipError
         ``CANNOT_WRITE``.
     """
-    worst = {name: _worst_tile(tiles) for name, tiles in found.items()}
+    worst = {name: (tile := worst_tile(tiles), tiles[tile]) for name, tiles in found.items()}
     worst = dict(sorted(worst.items(), key=lambda pair: -pair[1][1].rms))
     columns = min(len(worst), 7 if len(worst) > 8 else 4)
     rows = -(-len(worst) // columns)
@@ -54,10 +54,6 @@ def write_contact_sheet(path: Path, character: Character, found: Alignments) -> 
     content = BytesIO()
     figure.savefig(content, format="png", facecolor=PAPER, metadata={"Software": None})
     write_whole(path, content.getvalue())
-
-
-def _worst_tile(tiles: Mapping[int, Alignment]) -> tuple[int, Alignment]:
-    return max(tiles.items(), key=lambda pair: pair[1].rms / pair[1].unit)
 
 
 def _panel(axis: Axes, character: Character, name: str, tile: int, alignment: Alignment, limit: float) -> Any:

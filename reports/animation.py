@@ -6,10 +6,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from facezip.character.maps import ALBEDO
 from facezip.files.writing import write_whole
 from render.paired import Images
 from reports.conditions import condition_rows
 from reports.frames import Reel, moving, sheet
+from reports.maps import headline, headlines, unit
 from reports.metrics import METRICS, number
 from reports.page import write_page
 from reports.plots import Axis, Label, Plot, dot, line
@@ -81,9 +83,10 @@ def _findings(data: Document) -> list[dict[str, str]]:
     ]
 
 
-def _numbers(values: Mapping[str, float]) -> str:
+def _numbers(values: Mapping[str, Any]) -> str:
     shown = [metric for metric in METRICS if metric.key in SHOWN]
-    return ", ".join(f"{metric.label} {metric.text(values[metric.key])}" for metric in shown)
+    images = ", ".join(f"{metric.label} {metric.text(values[metric.key])}" for metric in shown)
+    return "; ".join(filter(None, [images, headlines(values["map_errors"])]))
 
 
 def _blend(frame: Mapping[str, Any]) -> str:
@@ -122,12 +125,16 @@ def _plot(data: Document, width: float) -> Plot:
 
 def _table(data: Document) -> Table:
     shown = [metric for metric in METRICS if metric.key in SHOWN]
-    rows = [
-        Row(f"{frame['frame']}", tuple(Cell(metric.text(frame[metric.key])) for metric in shown), frame["pose"])
-        for frame in data["frames"]
-    ]
-    rows.append(Row("mean", tuple(Cell(metric.text(data["means"][metric.key])) for metric in shown), strong=True))
-    return Table("Every frame.", "Frame", tuple(metric.label for metric in shown), tuple(rows))
+    maps = {name: found for name, found in data["means"]["map_errors"].items() if name != ALBEDO}
+
+    def cells(values: Mapping[str, Any]) -> tuple[Cell, ...]:
+        errors = (number(headline(values["map_errors"][name]), 2) for name in maps)
+        return tuple(map(Cell, [*(metric.text(values[metric.key]) for metric in shown), *errors]))
+
+    rows = [Row(f"{frame['frame']}", cells(frame), frame["pose"]) for frame in data["frames"]]
+    rows.append(Row("mean", cells(data["means"]), strong=True))
+    columns = *(metric.label for metric in shown), *(f"{name}, {unit(found)}" for name, found in maps.items())
+    return Table("Every frame.", "Frame", columns, tuple(rows))
 
 
 def _contact_sheet(data: Document, reel: Reel) -> Section:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from facezip.pack.facts import several
 from reports.metrics import FLOOR, METRICS, measured
 
 LABELS = {
@@ -16,6 +17,8 @@ LABELS = {
     "lights": "Lights",
     "material": "Skin",
     "transport": "Light transport",
+    "maps_rendered": "Maps that light meets",
+    "importance_of": "Importance of",
     "thresholds": "Limits",
     "confidence": "Confidence intervals",
     "debiased": "Free of the bias of noise",
@@ -49,8 +52,9 @@ def condition_rows(document: Mapping[str, Any]) -> list[tuple[str, str]]:
 def _character(character: Mapping[str, Any]) -> str:
     height, width = character["resolution"]
     return (
-        f"{character['name']}: {len(character['expressions'])} expressions, {width} × {height} texels, "
-        f"{character['channels']} channels, {character['vertices']:,} vertices, {character['triangles']:,} triangles"
+        f"{character['name']}: {len(character['expressions'])} expressions{several(character)}, {width} × {height} "
+        f"texels, {character['channels']} channels, {character['vertices']:,} vertices, {character['triangles']:,} "
+        "triangles"
     )
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from facezip.character.maps import ALBEDO
 from reports.metrics import MISSING, number
 from reports.tables import Cell, Row, Table
 
@@ -17,16 +18,31 @@ def maps_table(packs: Sequence[Mapping[str, Any]]) -> Table | None:
     return Table(caption, "Map", tuple(pack["name"] for pack in packs), tuple(rows))
 
 
+def headline(found: Mapping[str, Any]) -> float:
+    """The number of a map's error: the mean angle in degrees of normals, else RMSE of 255."""
+    return float(found["angular_error"] if "angular_error" in found else found["rmse"])
+
+
+def unit(found: Mapping[str, Any]) -> str:
+    """Of :func:`headline`, as it stands behind the name of a map in a table's head."""
+    return "mean angle in degrees" if "angular_error" in found else "RMSE of 255"
+
+
+def headlines(errors: Mapping[str, Mapping[str, Any]]) -> str:
+    """The number of every map but the albedo in one line: ``normal 0.61°, roughness 0.93``; empty for none."""
+    others = {name: found for name, found in errors.items() if name != ALBEDO}
+    degree = {name: "°" * ("angular_error" in found) for name, found in others.items()}
+    return ", ".join(f"{name} {number(headline(found), 2)}{degree[name]}" for name, found in others.items())
+
+
 def _unit(packs: Sequence[Mapping[str, Any]], name: str) -> str:
-    angular = any("angular_error" in pack.get("map_errors", {}).get(name, {}) for pack in packs)
-    return "mean angle in degrees" if angular else "RMSE of 255"
+    return unit(next(pack["map_errors"][name] for pack in packs if name in pack.get("map_errors", {})))
 
 
 def _cell(pack: Mapping[str, Any], name: str) -> Cell:
     found = pack.get("map_errors", {}).get(name)
     if found is None:
         return Cell(MISSING)
-    key = "angular_error" if "angular_error" in found else "rmse"
-    each = found[f"{key}_per_expression"]
+    each = found["angular_error_per_expression" if "angular_error" in found else "rmse_per_expression"]
     worst = max(each, key=each.__getitem__)
-    return Cell(number(found[key], 2), f"{number(each[worst], 2)} · {worst}")
+    return Cell(number(headline(found), 2), f"{number(each[worst], 2)} · {worst}")

@@ -1,7 +1,7 @@
 """``facezip check`` as its users call it."""
 
 import json
-import shutil
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,9 +10,9 @@ from PIL import Image
 
 from facezip.character.loading import load_character, save_character
 from facezip.errors import ExitCode
-from facezip.files.images import read_texture, write_texture
 from scenes.character import make_character
-from tests.facezip.character.test_alignment import MOVED, moved
+from scenes.surface import in_tiles, make_surface
+from tests.facezip.character.test_alignment import LEFT, MOVED, moved, off
 from tests.test_cli import run
 
 
@@ -60,11 +60,41 @@ def test_compress_warns_in_one_line_and_goes_on(folder, tmp_path):
     assert done.stderr == ""
 
 
-def test_compress_warns_of_several_maps_too(folder, tmp_path):
-    shutil.copytree(folder / "bad", tmp_path / "bad")
-    for image in [path for path in (tmp_path / "bad").glob("*.png") if path.stem != "mask"]:
-        write_texture(image.with_suffix(".roughness.png"), read_texture(image)[:, :, :1].copy())
-    done = run("compress", tmp_path / "bad", "-o", tmp_path / "bad.facezip", "--method", "pca", "--json")
+@pytest.fixture(scope="module")
+def tiled(folder):
+    """A character with three maps on two tiles, one expression of which is off in all of them."""
+    true = make_surface(256, 4, nuisances=0)
+    save_character(in_tiles(moved(true, 3)[0], 2, 1), folder / "tiled")
+    return folder / "tiled", in_tiles(true, 2, 1)
+
+
+def test_every_map_on_every_tile_is_put_right(tiled, tmp_path):
+    scans, true = tiled
+    done = run("check", scans, "--register", tmp_path / "right", "-o", tmp_path / "out", "--json")
+    assert done.returncode == ExitCode.DONE, done.stderr
+    document = json.loads(done.stdout)
+    assert document["misregistered"] == [MOVED]
+    found = document["expressions"][MOVED]
+    assert set(found["tiles"]) == {"1001", "1002"}
+    assert found["rms"] == max(tile["rms"] for tile in found["tiles"].values())
+    assert found["rms"] == found["tiles"][str(found["tile"])]["rms"]
+    assert document["register"]["rms"][MOVED] < 2 * LEFT
+    bad, right = load_character(scans), load_character(tmp_path / "right")
+    assert right.maps == bad.maps
+    for key in true.stacks:
+        assert off(right, true, key) < 0.5 * off(bad, true, key)
+
+
+def test_people_are_told_the_tile(tiled):
+    done = run("check", tiled[0])
+    assert done.returncode == ExitCode.DIFFERENCE
+    heading, worst, *_ = done.stdout.splitlines()
+    assert heading.endswith("on tile")
+    assert re.fullmatch(rf"  {MOVED} .* on 100[12]  <-- misregistered", worst)
+
+
+def test_compress_warns_of_several_maps_and_tiles_too(tiled, tmp_path):
+    done = run("compress", tiled[0], "-o", tmp_path / "bad.facezip", "--method", "pca", "--json")
     assert done.returncode == ExitCode.DONE, done.stderr
     assert list(json.loads(done.stdout)["misregistered"]) == [MOVED]
     assert MOVED in done.stderr

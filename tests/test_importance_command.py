@@ -10,6 +10,7 @@ from facezip.errors import ExitCode
 from facezip.files.images import write_texture, write_values
 from facezip.files.values import read_values
 from scenes.character import make_character
+from scenes.surface import make_surface
 from tests.test_cli import run
 
 QUICK = ("--views", 2, "--lights", 1, "--resolution", 32, "--spp", 2)
@@ -45,7 +46,7 @@ def test_it_leaves_the_importance_its_numbers_and_a_page(report):
 
 
 def test_the_importance_counts_the_face_alone_and_unseen_texels_by_the_floor(scans, report):
-    mask = load_character(scans).mask
+    mask = load_character(scans).first.mask
     importance = read_values(report[0] / "importance.exr")
     assert (importance > 0).all()
     assert importance[mask > 0].min() == np.float32(0.25)
@@ -58,6 +59,52 @@ def test_compress_takes_what_it_wrote(scans, report, tmp_path):
     document = json.loads(done.stdout)
     assert document["made_with"]["importance"] == "importance.exr"
     assert document["rmse"] == pytest.approx(report[1]["fits"][1]["texture_rmse"], rel=1e-4)
+
+
+@pytest.fixture(scope="module")
+def tiled(tmp_path_factory):
+    """A character with albedo, normals and roughness on two tiles, and the answer for it."""
+    folder = tmp_path_factory.mktemp("tiled")
+    save_character(make_surface(64, 5, tiles=(2, 1)), folder / "person")
+    call = ("importance", folder / "person", "-o", folder / "importance", *QUICK, "--floor", 0.25)
+    done = run(*call, "--differences", 2, "--json")
+    assert done.returncode == 0, done.stderr
+    return folder, json.loads(done.stdout)
+
+
+def test_every_tile_has_its_image_and_all_together_a_mean_of_one(tiled):
+    folder, document = tiled
+    names = {"importance.1001.exr", "importance.1002.exr", "importance.json", "index.html"}
+    assert {path.name for path in (folder / "importance").iterdir()} == names
+    assert document["importance_file"] == str(folder / "importance")
+    scans = load_character(folder / "person")
+    weights = {tile: read_values(folder / "importance" / f"importance.{tile}.exr") for tile in scans.tiles}
+    face = np.concatenate([weights[tile][stack.mask > 0] for tile, stack in scans.of_map("albedo").items()])
+    assert face.mean() == pytest.approx(1, rel=1e-4)
+    assert face.min() == np.float32(0.25)
+
+
+def test_what_the_importance_of_other_maps_is_is_said(tiled):
+    folder, document = tiled
+    assert "have the albedo's" in document["conditions"]["importance_of"]
+    assert document["conditions"]["maps_rendered"] == ["albedo", "normal", "roughness"]
+    assert set(document["fits"][0]["map_errors"]) == {"albedo", "normal", "roughness"}
+    page = (folder / "importance" / "index.html").read_text(encoding="utf-8")
+    assert "other maps, in which it is not, have the albedo&#39;s" in page
+    assert "Normal, mean angle in degrees" in page
+    assert "3 maps on 2 tiles" in page
+    assert page.count("data:image/webp") == 6
+
+
+def test_compress_takes_the_folder_of_several_tiles(tiled, tmp_path):
+    folder, document = tiled
+    scans, given = folder / "person", document["importance_file"]
+    call = ("compress", scans, "-o", tmp_path / "a.facezip", "--importance", given, "--differences", 2)
+    done = run(*call, "--json")
+    assert done.returncode == 0, done.stderr
+    errors = json.loads(done.stdout)["errors"]
+    for name, key in (("albedo", "rmse"), ("normal", "angular_error"), ("roughness", "rmse")):
+        assert errors[name][key] == pytest.approx(document["fits"][1]["map_errors"][name][key], rel=2e-2)
 
 
 def test_values_come_back_as_they_were_written(tmp_path):

@@ -6,7 +6,7 @@ import pytest
 
 from facezip.character.loading import save_character
 from facezip.errors import ExitCode
-from tests.facezip.conftest import random_character
+from tests.facezip.surfaces import random_surface
 from tests.test_cli import run
 
 QUICK = ("--masks", 5, "--restarts", 4, "--starts", 2, "--mask-count", 3)
@@ -15,7 +15,7 @@ QUICK = ("--masks", 5, "--restarts", 4, "--starts", 2, "--mask-count", 3)
 @pytest.fixture(scope="module")
 def scans(tmp_path_factory):
     folder = tmp_path_factory.mktemp("scans") / "sheet"
-    save_character(random_character(side=64), folder)
+    save_character(random_surface(side=64, tiles=(1, 2)), folder)
     return folder
 
 
@@ -32,8 +32,11 @@ def test_the_report_is_a_page_with_its_numbers_beside_it(report):
     stored = json.loads((folder / "paper.json").read_text(encoding="utf-8"))
     assert (folder / "index.html").is_file()
     assert {key: value for key, value in document.items() if key not in ("output", "report")} == stored
-    assert [row["resolution"] for row in stored["table_1"]] == [[32, 32], [64, 64]]
-    assert stored["figure_6"]["resolution"] == [64, 64]
+    assert [row["resolution"] for row in stored["table_1"]] == [[16, 32], [32, 64]]
+    assert stored["figure_6"]["resolution"] == [32, 64]
+    page = (folder / "index.html").read_text(encoding="utf-8")
+    assert "Measured on the albedo, as in the paper, of all 2 tiles" in page
+    assert [kind["name"] for kind in stored["character"]["maps"]] == ["albedo"]
 
 
 def test_the_report_names_the_command_that_makes_it_again(report):

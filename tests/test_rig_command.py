@@ -1,6 +1,8 @@
 """``facezip rig``: a folder and a template in, shapes, document and pack out; bad templates in one line."""
 
 import json
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,41 +10,39 @@ from click.testing import CliRunner
 
 from facezip.character.loading import save_character
 from facezip.cli import facezip
-from facezip.errors import ErrorCode, FaceZipError
+from facezip.errors import ErrorCode, ExitCode, FaceZipError
 from facezip.files.obj import read_obj, write_obj
+from facezip.machine import memory
+from facezip.pack.geometry import TOLERANCE
 from facezip.pack.read import read_pack
 from facezip.rigging.template import load_template
-from tests.facezip.rigging.case import SHAPES, make_case
+from tests.facezip.rigging.case import SHAPES, make_case, repeated, with_maps, write_template
+from tests.peaks import peak_of
 
 
 @pytest.fixture(scope="module")
 def case():
-    return make_case()
+    """With albedo, normals and roughness on two tiles."""
+    made = make_case()
+    return replace(made, scans=with_maps(made.scans, (2, 1)))
 
 
 @pytest.fixture(scope="module")
 def folders(case, tmp_path_factory):
     place = tmp_path_factory.mktemp("rig")
     save_character(case.scans, place / "scans")
-    (place / "template").mkdir()
-    write_obj(place / "template/neutral.obj", case.template.neutral, case.scans.meshes.topology)
-    for name, delta in zip(SHAPES, case.template.deltas, strict=True):
-        write_obj(place / f"template/{name}.obj", case.template.neutral + delta, case.scans.meshes.topology)
+    write_template(case, place / "template")
     return place
 
 
 @pytest.fixture(scope="module")
 def answer(folders):
-    call = [
-        "rig",
-        str(folders / "scans"),
-        "--template",
-        str(folders / "template"),
-        "-o",
-        str(folders / "out"),
-        "--json",
-    ]
-    result = CliRunner().invoke(facezip, call, catch_exceptions=False)
+    return rig(folders, "out")
+
+
+def rig(folders, name, *options):
+    call = ["rig", folders / "scans", "--template", folders / "template", "-o", folders / name, "--json", *options]
+    result = CliRunner().invoke(facezip, [*map(str, call)], catch_exceptions=False)
     assert result.exit_code == 0
     return json.loads(result.stdout)
 
@@ -59,7 +59,51 @@ def test_pack_and_meshes_agree(answer, folders, case):
     assert model.expressions == SHAPES
     vertices, topology = read_obj(folders / "out/shapes/jaw.obj")
     assert topology.same_as(case.scans.meshes.topology)
-    assert np.allclose(vertices - case.scans.meshes.neutral, model.meshes.deltas[SHAPES.index("jaw")], atol=1e-6)
+    size = np.ptp(model.meshes.neutral, axis=0).max()
+    assert np.allclose(vertices, model.meshes.vertices[SHAPES.index("jaw")], atol=TOLERANCE * size)
+
+
+def test_every_map_on_every_tile_is_in_the_pack_and_in_the_record(answer, case):
+    model = read_pack(answer["pack"]["path"])
+    assert set(model.parts) == set(case.scans.stacks)
+    assert [kind["name"] for kind in answer["character"]["maps"]] == ["albedo", "normal", "roughness"]
+    assert [kind["name"] for kind in answer["pack"]["maps"]] == ["albedo", "normal", "roughness"]
+    assert answer["character"]["tiles"] == [tile["tile"] for tile in answer["pack"]["tiles"]] == [1001, 1002]
+    for key in model.parts:
+        changes = [np.abs(model.texels({name: 1.0}, key) - model.texels({}, key)).max() for name in SHAPES]
+        assert max(changes) > 0
+
+
+def test_within_a_limit_of_memory_the_bytes_are_the_same(answer, folders, monkeypatch):
+    monkeypatch.setattr(memory, "LEAST", -(10**9))
+    with memory.limited(1, folders):
+        streamed = rig(folders, "streamed")
+    assert {key: streamed[key] for key in answer if key not in ("output", "pack", "seconds")} == {
+        key: answer[key] for key in answer if key not in ("output", "pack", "seconds")
+    }
+    for file in Path(answer["pack"]["path"]).iterdir():
+        assert file.read_bytes() == (Path(streamed["pack"]["path"]) / file.name).read_bytes()
+
+
+def test_a_limit_is_kept_where_a_run_without_it_takes_more(tmp_path):
+    """Two processes with large textures: memory shows in nothing less."""
+    case = make_case()
+    save_character(with_maps(repeated(case.scans, 16)), tmp_path / "scans")
+    write_template(case, tmp_path / "template")
+    call = ("rig", tmp_path / "scans", "--template", tmp_path / "template", "-o")
+    in_memory, whole = peak_of(*call, tmp_path / "whole")
+    streamed, same = peak_of(*call, tmp_path / "streamed", "--memory", "430M")
+    assert streamed < 430e6 < in_memory
+    assert same["damping"] == whole["damping"]
+    assert same["pack"]["bytes_on_disk"] == whole["pack"]["bytes_on_disk"]
+
+
+def test_a_limit_is_of_methods_that_keep_it(folders):
+    call = ["rig", folders / "scans", "--template", folders / "template", "-o", folders / "x", "--method", "paper"]
+    result = CliRunner().invoke(facezip, [*map(str, call), "--memory", "1G"])
+    assert result.exit_code == ExitCode.USAGE
+    assert "--memory needs" in result.output
+    assert not (folders / "x").exists()
 
 
 def test_the_document_tells_what_every_scan_is_made_of(answer, case):

@@ -117,9 +117,14 @@ def alignments(character: Character, names: Sequence[str] | None = None, quick: 
         return dict(zip(names, found, strict=True))
 
 
+def worst_tile(tiles: Mapping[int, Alignment]) -> int:
+    """The tile that is off the most, as far as its size goes."""
+    return max(tiles, key=lambda tile: tiles[tile].rms / tiles[tile].unit)
+
+
 def worst_of(tiles: Mapping[int, Alignment]) -> Alignment:
-    """The alignment on the tile that is off the most."""
-    return max(tiles.values(), key=lambda alignment: alignment.rms / alignment.unit)
+    """The alignment on :func:`worst_tile`."""
+    return tiles[worst_tile(tiles)]
 
 
 class _Neutral:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import zoom
 
 from facezip.files.obj import Topology
+from facezip.machine import memory
 
 # Without UDIM, everything lies in the first tile.
 FIRST_TILE = 1001
@@ -89,12 +90,37 @@ class Atlas:
         if len(textures) == 1 == self.rows * self.columns:
             return next(iter(textures.values()))
         height, width, channels = np.max([texture.shape for texture in textures.values()], axis=0)
-        whole = np.zeros((self.rows * height, self.columns * width, channels), np.float32)
+        whole: NDArray[np.float32] = memory.zeros((self.rows * height, self.columns * width, channels), np.float32)
         for tile, texture in textures.items():
             column, row = place_of(tile)
             top, left = (self.rows - 1 - (row - self.below)) * height, (column - self.left) * width
             whole[top : top + height, left : left + width] = _enlarged(texture, height, width)
         return whole
+
+    def summed(
+        self, whole: NDArray[np.float32], sizes: Mapping[int, tuple[int, int]]
+    ) -> dict[int, NDArray[np.float32]]:
+        """Sums ``(rows·H, columns·W)`` of the texels of :meth:`joined` as those of each tile, ``(h, w)`` of its size.
+
+        A texel that was enlarged has what all that it became have.
+        """
+        height, width = len(whole) // self.rows, whole.shape[1] // self.columns
+        found = {}
+        for tile, (h, w) in sizes.items():
+            column, row = place_of(tile)
+            top, left = (self.rows - 1 - (row - self.below)) * height, (column - self.left) * width
+            part = whole[top : top + height, left : left + width]
+            if part.shape != (h, w):
+                part = (_overlaps(h, height) @ part @ _overlaps(w, width).T).astype(np.float32)
+            found[tile] = part
+        return found
+
+
+def _overlaps(few: int, many: int) -> NDArray[np.float32]:
+    """``(few, many)``: how much of each of the many cells of a line lies in each of the few."""
+    ends = np.arange(many + 1) * (few / many)
+    inside = np.minimum(ends[1:], np.arange(1, few + 1)[:, None]) - np.maximum(ends[:-1], np.arange(few)[:, None])
+    return (np.maximum(inside, 0) * (many / few)).astype(np.float32)
 
 
 def _enlarged(texture: NDArray[np.float32], height: int, width: int) -> NDArray[np.float32]:

@@ -28,12 +28,13 @@ from facezip.rigging.sequences import frames_of, poses_for
 def command(
     character: Path, pack: Path, output: Path, frames: int | None, overwrite: bool, as_json: bool, **look: Any
 ) -> None:
-    """Render a loop of blends with CHARACTER's textures and with PACK's, and report every frame and the worst one.
+    """Render a loop of blends with CHARACTER's maps and with PACK's, and report every frame and the worst one.
 
     A smile grows, the eyes blink, the mouth speaks: with ARKit's names and the embedded character's. Any other pack's
     expressions rise and fall one after the other, alone and in pairs.
 
-    CHARACTER has the textures of PACK's expressions; or it is the scans that a rigged PACK was made from.
+    CHARACTER has the textures of PACK's expressions; or it is the scans that a rigged PACK was made from. All maps that
+    light meets are rendered, on all UDIM tiles; the error of every map is measured.
     """
     from render.animation import animate
     from render.settings import Settings
@@ -42,7 +43,7 @@ def command(
     scans, model = load_character(character), read_pack(pack)
     originals = originals_of(scans, model, pack)
     sequence = frames_of(poses_for(model.expressions), frames)
-    film = animate(originals, model.blend, sequence, Settings(**look))
+    film = animate(originals, model, sequence, Settings(**look))
     document = {**film.document, "pack": pack.stem, "command": _call(character, pack, len(sequence), look)}
     with whole_folder(output, overwrite, is_animation) as folder:
         write_animation_report(document, film.images, folder)
@@ -57,12 +58,16 @@ def _call(character: Path, pack: Path, frames: int, look: dict[str, int]) -> str
 
 
 def _lines(answer: dict[str, Any]) -> list[str]:
+    from reports.maps import headlines
+
     worst, means = answer["frames"][answer["worst"]], answer["means"]
+    others = headlines(means["map_errors"])
     return [
         f"{answer['output']}: {len(answer['frames'])} frames, image RMSE {means['image_rmse']:.2f} of 255 in the mean, "
         f"dE2000 p95 {means['delta_e_p95']:.2f}, FLIP {means['flip']:.4f}",
         f"  worst    frame {worst['frame']}, {worst['pose']}: image RMSE {worst['image_rmse']:.2f}, "
         f"dE2000 p95 {worst['delta_e_p95']:.2f}, FLIP {worst['flip']:.4f}",
+        *([f"  maps     {others}, albedo {means['texture_rmse']:.2f} of 255"] if others else []),
         f"  original {answer['original']}",
         f"  {answer['seconds']['total']:.1f} s; open {Path(answer['output']) / 'index.html'}",
     ]

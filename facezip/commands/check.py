@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from facezip.character.alignment import THRESHOLD, Alignment, Alignments, alignments, worst_of
+from facezip.character.alignment import THRESHOLD, Alignment, Alignments, alignments, worst_of, worst_tile
 from facezip.character.loading import load_character, save_character
 from facezip.character.registration import register
 from facezip.character.scans import Character
@@ -24,7 +24,7 @@ FILE_NAME, SHEET = "alignment.json", "alignment.png"
 @click.argument("character", type=options.FOLDER)
 @click.option("-o", "--output", type=options.FOLDER, metavar="DIR", help="Folder for the pictures and the numbers.")
 @click.option(
-    "--register", "corrected", type=options.FOLDER, metavar="FOLDER", help="Write CHARACTER with its textures moved."
+    "--register", "corrected", type=options.FOLDER, metavar="FOLDER", help="Write CHARACTER with all its maps moved."
 )
 @options.overwrite
 @options.as_json
@@ -33,6 +33,8 @@ def command(character: Path, output: Path | None, corrected: Path | None, overwr
 
     One number an expression, where it is worst, and with -o a contact sheet of heat maps, DIR/alignment.png. The exit
     code is 7 where an expression is off by more than a texel of a 512 x 512 texture, unless --register moves it back.
+
+    The albedo says how far, on every UDIM tile by itself; --register moves all maps by it.
     """
     begin = perf_counter()
     scans = load_character(character)
@@ -49,18 +51,20 @@ def command(character: Path, output: Path | None, corrected: Path | None, overwr
 
 
 def _numbers(found: Alignments) -> dict[str, Any]:
-    """Of every expression the numbers of its worst tile, and with several tiles those of each."""
-    worst = {name: worst_of(tiles) for name, tiles in found.items()}
-    first = next(iter(worst.values()))
+    """Of every expression the numbers of its worst tile, and those of each, in the texels of that tile."""
+    first = next(iter(found.values()))
     return {
-        "threshold": THRESHOLD * first.unit,
-        "expressions": {name: _number(alignment) | _by_tile(found[name]) for name, alignment in worst.items()},
-        "misregistered": [name for name, alignment in worst.items() if not alignment.registered],
+        "threshold": _threshold(first[min(first)]),
+        "expressions": {
+            name: {
+                "tile": worst_tile(tiles),
+                **_number(worst_of(tiles)),
+                "tiles": {str(tile): _number(alignment) for tile, alignment in tiles.items()},
+            }
+            for name, tiles in found.items()
+        },
+        "misregistered": [name for name, tiles in found.items() if not worst_of(tiles).registered],
     }
-
-
-def _by_tile(tiles: Mapping[int, Alignment]) -> dict[str, Any]:
-    return {"tiles": {str(tile): _number(one) for tile, one in tiles.items()}} if len(tiles) > 1 else {}
 
 
 def _number(alignment: Alignment) -> dict[str, Any]:
@@ -70,7 +74,12 @@ def _number(alignment: Alignment) -> dict[str, Any]:
         "worst": round(texels, 3),
         "worst_uv": [round(u, 3), round(v, 3)],
         "known": round(alignment.known, 3),
+        "threshold": _threshold(alignment),
     }
+
+
+def _threshold(alignment: Alignment) -> float:
+    return THRESHOLD * alignment.unit
 
 
 def _register(scans: Character, found: Alignments, folder: Path) -> dict[str, Any]:
@@ -91,18 +100,20 @@ def _write(output: Path, overwrite: bool, document: Mapping[str, Any], scans: Ch
 
 def _lines(document: Mapping[str, Any]) -> list[str]:
     found, wrong = document["expressions"], document["misregistered"]
-    width = max(map(len, found))
-    lines = [f"{'texels off the neutral':{max(width + 2, 22)}}     rms   worst   at u, v"]
-    for name, one in sorted(found.items(), key=lambda pair: -pair[1]["rms"]):
+    width, several = max(map(len, found)), len(document["character"]["tiles"]) > 1
+    heading = "at u, v on tile" if several else "at u, v"
+    lines = [f"{'texels off the neutral':{max(width + 2, 22)}}     rms   worst   {heading}"]
+    for name, one in sorted(found.items(), key=lambda pair: -pair[1]["rms"] / pair[1]["threshold"]):
         after = document.get("register", {}).get("rms", {}).get(name)
         moved = "" if after is None else f"  registered: {after:.2f}"
         mark = "  <-- misregistered" if name in wrong else ""
-        place = ", ".join(f"{value:.2f}" for value in one["worst_uv"])
+        place = ", ".join(f"{value:.2f}" for value in one["worst_uv"]) + (f" on {one['tile']}" if several else "")
         numbers = (
             f"{one['rms']:6.2f}  {one['worst']:6.2f}   {place}" if one["known"] else "too little in common to tell"
         )
         lines.append(f"  {name:{max(width, 20)}}  {numbers}{moved}{mark}")
-    said = f"{len(wrong)} of {len(found)} off by more than {document['threshold']:g}" if wrong else "all registered"
+    limits = " or ".join(f"{limit:g}" for limit in sorted({found[name]["threshold"] for name in wrong}))
+    said = f"{len(wrong)} of {len(found)} off by more than {limits}" if wrong else "all registered"
     lines.append(f"{document['character']['name']}: {said}, {document['seconds']:.1f} s")
     lines += [f"  {document['register']['output']}: corrected"] if "register" in document else []
     return [*lines, *([f"  open {document['picture']}"] if "picture" in document else [])]

@@ -11,6 +11,7 @@ from facezip.commands.fit_options import check_together, fit_options, on_line, r
 from facezip.commands.words import error_words, megabytes, memory_words
 from facezip.fit.pipeline import compress_into
 from facezip.machine.memory import beside, limited
+from facezip.pack.facts import several
 
 
 @click.command("compress")
@@ -49,11 +50,11 @@ def command(
 
 def _lines(document: Mapping[str, Any]) -> list[str]:
     blocks, plain = memory_words(document)
-    maps, tiles = len(document["maps"]), len(document["tiles"])
-    several = f", {maps} map{'s' * (maps > 1)} on {tiles} tile{'s' * (tiles > 1)}" if maps * tiles > 1 else ""
+    each = " each" * (len(document["maps"]) > 1)
     return [
-        f"{document['pack']}: {len(document['expressions'])} expressions{several} in {document['differences']} "
-        f"difference textures{' each' * (maps > 1)}, method {document['method']}, {document['seconds']:.1f} s",
+        f"{document['pack']}: {len(document['expressions'])} expressions{several(document)} in "
+        f"{document['differences']} difference textures{each}, method {document['method']}, "
+        f"{document['seconds']:.1f} s",
         *(f"  {name:<10} {error_words(found)} ({document['region']})" for name, found in document["errors"].items()),
         *([f"  chosen     {document['choice']['reason']}"] if "choice" in document else []),
         f"  GPU        {blocks}",

@@ -10,10 +10,11 @@ from facezip.character.loading import load_character
 from facezip.commands import options
 from facezip.files.images import write_values
 from facezip.files.writing import whole_folder
+from facezip.fit.importance import importance_files
 from scenes.cameras import VIEWS
 from scenes.lights import RIGS
 
-REPORT_FILE, IMPORTANCE_FILE = "importance.json", "importance.exr"
+REPORT_FILE = "importance.json"
 
 
 @click.command("importance")
@@ -61,8 +62,13 @@ def command(
 ) -> None:
     """Measure how much every texel of CHARACTER counts in the images of some views: DIR/importance.exr.
 
-    `facezip compress --importance DIR/importance.exr` fits with it. DIR/index.html shows it on the head and in UV, and
-    the image error of a uniform fit beside a fit with it, at equal bytes, for its own views and for those held out.
+    `facezip compress --importance DIR/importance.exr` fits with it. Of several UDIM tiles it is one image each,
+    DIR/importance.TILE.exr, and `--importance DIR`. DIR/index.html shows it on the head and in UV, and the image error
+    of a uniform fit beside a fit with it, at equal bytes, for its own views and for those held out.
+
+    It is exact for errors of the albedo, in which light is linear. In normals, roughness and other maps it is not:
+    their texels count as the albedo's do, since they are seen as large and in as much light. The images that judge
+    show all maps.
     """
     from render.importance import Sight
     from reports.importance.experiment import looks_of, measure_importance
@@ -79,10 +85,12 @@ def command(
             f"--resolution {resolution} --spp {spp} --floor {floor:g} --differences {differences} "
             f"--weight-scale {weight_scale} --seed {seed}"
         )
-        write_values(folder / IMPORTANCE_FILE, importance)
+        names = importance_files(scans.tiles)
+        for tile, name in names.items():
+            write_values(folder / name, importance[tile])
         write_importance_report(document, scans, importance, sight, folder)
-    answer = {**document, "output": str(output), "importance_file": str(output / IMPORTANCE_FILE)}
-    answer |= {"report": str(output / "index.html")}
+    taken = output if len(names) > 1 else output / names[scans.tiles[0]]
+    answer = {**document, "output": str(output), "importance_file": str(taken), "report": str(output / "index.html")}
     options.answer(answer, as_json, lambda: _lines(answer))
 
 

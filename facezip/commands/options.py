@@ -33,7 +33,7 @@ def _memory(taken: str) -> Callable[..., Any]:
     return click.option("--memory", callback=_bytes, metavar="SIZE", help=text)
 
 
-memory, memory_of_each = _memory("is taken"), _memory("each worker takes")
+memory, memory_of_each = _memory("is taken"), _memory("each process takes")
 
 
 def worker_options(command: Callable[..., Any]) -> Callable[..., Any]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from facezip.character.loading import load_character
+from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
 from facezip.commands import options
 from facezip.files.writing import whole_folder
@@ -65,6 +66,8 @@ def command(
 ) -> None:
     """Reproduce the paper's Table 1 and Figures 6, 7 and 8 on CHARACTER: DIR/index.html.
 
+    The paper knows the albedo alone, so that is measured, on all UDIM tiles; CHARACTER's other maps are left out.
+
     Without CHARACTER on the embedded one, made at 512, 1024 and 2048 texels; scans are taken at their own size and
     halved down to 256, never enlarged. DIR/paper.json holds every number of the page.
     """
@@ -81,7 +84,7 @@ def command(
             shapes: Shapes | None = partial(_embedded_shapes, seed=settings["seed"])
             origin = "the embedded character, made anew at each size"
         else:
-            people, widths = _scanned(load_character(character), resolutions)
+            people, widths = _scanned(load_character(character, maps=(ALBEDO,)), resolutions)
             shapes = partial(_scanned_shapes, template=template, seed=settings["seed"]) if template else None
             origin = f"the scans’ own {widths[0]} texels and halves of it by a box filter"
         chosen = Settings(**settings, mask_counts=mask_counts or MASK_COUNTS)
@@ -111,7 +114,7 @@ def _embedded_shapes(scans: Character, seed: int) -> dict[str, Any]:
     from scenes.template import embedded_template
 
     person = Person.make(scans.first.resolution[0], seed)
-    return figure_8(scans, embedded_template(), seed, lambda shape: person.texture({shape: 1.0}))
+    return figure_8(scans, embedded_template(), seed, lambda shape, _: person.texture({shape: 1.0}))
 
 
 def _scanned_shapes(scans: Character, template: Path, seed: int) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from facezip.blocks.codecs import EFFORTS
 from facezip.character.loading import load_character
 from facezip.commands import options
 from facezip.files.writing import whole_folder
+from facezip.pack.facts import several
 
 REPORT_FILE = "rates.json"
 
@@ -51,7 +52,11 @@ def command(
     """Measure error against bytes of GPU memory on CHARACTER, or on the embedded one: DIR/index.html.
 
     Refined, paper and PCA packs, raw and with BC7 or ASTC, beside BC1, BC7 or ASTC on every texture. The refined fit
-    has the codec in its loop: each map makes up for what coding lost of the others. DIR/rates.json holds every number.
+    has the codec in its loop: each texture makes up for what coding lost of the others. DIR/rates.json holds every
+    number.
+
+    All maps of CHARACTER count, on all UDIM tiles: bytes are those of all, the error is one over all maps beside those
+    of each. The embedded character has its albedo here.
     """
     from reports.rates.experiment import measure_rates
     from reports.rates.report import write_rates_report
@@ -73,7 +78,8 @@ def _lines(answer: Mapping[str, Any]) -> list[str]:
     from reports.rates.findings import find
 
     return [
-        f"{answer['output']}: {answer['character']['name']}, {answer['seconds']['total']:.0f} s",
+        f"{answer['output']}: {answer['character']['name']}{several(answer['character'])}, "
+        f"{answer['seconds']['total']:.0f} s",
         *(f"  {finding['title']}: {finding['here']}" for finding in find(answer)),
         f"  open {answer['report']}",
     ]

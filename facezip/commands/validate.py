@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -17,6 +18,7 @@ from facezip.commands import options
 from facezip.commands.words import error_words
 from facezip.errors import ExitCode, FaceZipError
 from facezip.files.writing import resumable_folder
+from facezip.machine.memory import beside, limited
 
 if TYPE_CHECKING:
     from render.settings import Settings
@@ -40,6 +42,7 @@ REPORT_FILE = "report.json"
 @click.option("--seed", type=int, metavar="S", help="Of all random numbers.  [default: 0]")
 @click.option("--fail-on", type=click.Choice(["visible", "fails"]), help="Exit code 7 where a pack is as bad as that.")
 @options.worker_options
+@options.memory_of_each
 @options.overwrite
 @options.as_json
 def command(
@@ -49,6 +52,7 @@ def command(
     config: Path | None,
     workers: int | None,
     scheduler: str | None,
+    memory: int | None,
     fail_on: str | None,
     overwrite: bool,
     as_json: bool,
@@ -65,25 +69,34 @@ def command(
     that is there are kept where nothing that made them has changed. Without --workers and --scheduler, one process
     renders on all cores.
     """
-    from render.candidates import candidate
     from render.settings import read_settings
     from render.verdict import LEVELS
 
     settings = read_settings(config, {key: value for key, value in given.items() if value is not None})
-    scans = load_character(character)
-    candidates = [candidate(scans, path) for path in packs]
 
     def distribute(names: Sequence[str], folder: Path, earlier: Path | None) -> "list[Filled]":
         if workers is None and scheduler is None:
             return []
         paths = character.absolute(), tuple(path.absolute() for path in packs), folder.absolute()
-        share = Share(*paths, earlier.absolute() if earlier else None, settings, os.urandom(8).hex())
+        share = Share(*paths, earlier.absolute() if earlier else None, settings, memory, os.urandom(8).hex())
         return _filled(share, names, workers, scheduler)
 
-    document = _validate_into(scans, candidates, output, overwrite, settings, distribute)
+    with limited(memory, beside(output)):
+        scans, candidates = _loaded(character, packs, settings)
+        document = _validate_into(scans, candidates, output, overwrite, settings, distribute)
     options.answer(document, as_json, lambda: _lines(document, output))
     worst = max(LEVELS.index(pack["level"]) for pack in document["packs"])
     return ExitCode.DIFFERENCE if fail_on and worst >= LEVELS.index(fail_on) else ExitCode.DONE
+
+
+def _loaded(character: Path, packs: Sequence[Path], settings: "Settings") -> "tuple[Character, list[Candidate]]":
+    """The scans, and what is judged; raises where a limit of memory has no room for rendering them."""
+    from render.budget import check_budget
+    from render.candidates import candidate
+
+    scans = load_character(character)
+    check_budget(scans, 1 + len(packs), settings)
+    return scans, [candidate(scans, path) for path in packs]
 
 
 def _validate_into(
@@ -116,11 +129,14 @@ class Share:
     folder: Path
     earlier: Path | None
     settings: "Settings"
+    memory: int | None
     run: str
 
 
 # A worker keeps what it has loaded and compiled from one expression to the next; its threads take turns.
 _rendering = Lock()
+# The limit of memory that it has for as long.
+_limit = ExitStack()
 
 
 def fill(share: Share, name: str) -> "Filled":
@@ -131,11 +147,11 @@ def fill(share: Share, name: str) -> "Filled":
 
 @lru_cache(maxsize=1)
 def _filler(share: Share) -> "Filler":
-    from render.candidates import candidate
     from render.validation import Filler
 
-    scans = load_character(share.character)
-    candidates = [candidate(scans, path) for path in share.packs]
+    _limit.close()
+    _limit.enter_context(limited(share.memory, beside(share.folder)))
+    scans, candidates = _loaded(share.character, share.packs, share.settings)
     return Filler(scans, candidates, share.folder, share.settings, share.earlier)
 
 

@@ -15,6 +15,11 @@ from facezip.machine.rows import by_rows, sum_rows
 Importance = NDArray[np.float32] | Mapping[int, NDArray[np.float32]]
 
 
+def importance_files(tiles: tuple[int, ...]) -> dict[int, str]:
+    """The name of the image of each tile in a folder: ``importance.exr``, with the number where there are several."""
+    return {tile: f"importance.{tile}.exr" if len(tiles) > 1 else "importance.exr" for tile in tiles}
+
+
 def by_tile(importance: Importance | None, character: Character) -> dict[int, NDArray[np.float32]]:
     """The importance of every tile; empty for none.
 

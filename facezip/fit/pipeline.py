@@ -13,7 +13,7 @@ from facezip.character.scans import Character
 from facezip.files.values import read_values
 from facezip.files.writing import check_target
 from facezip.fit.choice import Choice, choose
-from facezip.fit.importance import Importance
+from facezip.fit.importance import Importance, importance_files
 from facezip.fit.methods import compress
 from facezip.fit.settings import Settings, made_with
 from facezip.names import printable
@@ -33,7 +33,7 @@ class Request:
     ----------
     method, settings : how to fit.
     target_rmse, budget_mb : choose ``differences`` and ``weight_scale``, where one is given.
-    importance : an image of how much a texel's error counts, or a folder of ``importance.TILE.exr``, one a tile.
+    importance : an image of how much a texel's error counts, or a folder of such images, one a tile.
     map_weights : how much a map counts.
     keep_floats : whether floats outside [0, 1] are kept, with their range.
     """
@@ -138,10 +138,10 @@ def registration_warning(character: str | Path, off: Mapping[str, float]) -> str
 
 
 def read_importance(path: Path, scans: Character) -> Importance:
-    """The importance of every tile: one image, or a folder of ``importance.TILE.exr``."""
+    """The importance of every tile: one image, or a folder of them as ``facezip importance`` writes it."""
     if not path.is_dir():
         return read_values(path)
-    return {tile: read_values(path / f"importance.{tile}.exr") for tile in scans.tiles}
+    return {tile: read_values(path / name) for tile, name in importance_files(scans.tiles).items()}
 
 
 def _chosen(scans: Character, request: Request, importance: Importance | None) -> Choice:

@@ -11,6 +11,7 @@ from facezip.blocks.codecs import Codec
 from facezip.character.maps import Map
 from facezip.character.neutrals import packed_neutral, unpacked_neutral
 from facezip.files.images import to_float
+from facezip.pack.footprint import Texture
 from facezip.pack.model import CompressedTextures
 from facezip.pack.quantise import STEPS, ZERO, quantise_weights
 
@@ -32,19 +33,23 @@ class Storage:
     def bytes_of(self, model: CompressedTextures) -> int:
         """Bytes of all maps; uniform weights are shader constants and take none."""
         cost = model.footprint
-        textures = sum(
-            (1 + cost.differences) * self.textures.bytes_of(texture.height, texture.width)
-            for tile in cost.tiles
-            for texture in tile
-        )
+        textures = sum((1 + cost.differences) * self.texture_bytes(texture) for tile in cost.tiles for texture in tile)
         if cost.layers == 0 or not self.weights_in_bc4:
             return textures + cost.weight_bytes
         count = cost.expressions * cost.differences
         return textures + count * sum(bc4.bytes_of(height, width) for height, width in cost.weight_sizes)
 
+    def texture_bytes(self, texture: Texture) -> int:
+        """Bytes of one texture: of its blocks, or of the channels that it has where there are none."""
+        plain = self.textures.encode is None
+        return texture.plain if plain else self.textures.bytes_of(texture.height, texture.width)
+
     def neutral(self, texels: NDArray[np.float32], kind: Map) -> NDArray[np.float32]:
         """What is left of a neutral's texels ``(H, W, C)`` in [0, 1]."""
         image: NDArray[Any] = packed_neutral(texels, kind, 8)
+        if kind.is_normal:
+            # A sampler rebuilds it from x and y: no bits should go there.
+            image[..., 2] = ZERO
         return to_float(unpacked_neutral(self.textures.round_trip(image), kind))
 
     def difference(self, texture: NDArray[np.float32], importance: NDArray[np.float32]) -> NDArray[np.float32]:

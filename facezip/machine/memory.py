@@ -122,10 +122,8 @@ def check(row_bytes: int, whole: int = 0) -> None:
     """
     least = LEAST + cores() * ROWS * row_bytes + whole
     if _limit is not None and _limit.memory < least:
-        raise FaceZipError(
-            ErrorCode.BAD_VALUE,
-            f"--memory {_limit.memory / 1e6:.0f}M: these textures need {-(-least // 10**6)}M at least; allow as much",
-        )
+        reason = f"these textures and meshes need {-(-least // 10**6)}M at least; allow as much"
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"--memory {_limit.memory / 1e6:.0f}M: {reason}")
 
 
 def empty(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:

@@ -1,5 +1,6 @@
 """What commands and reports say about a pack."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -47,3 +48,9 @@ def pack_facts(path: Path, manifest: Manifest) -> dict[str, Any]:
         "vertices": manifest.geometry.vertices if manifest.geometry else 0,
         "made_with": manifest.made_with,
     }
+
+
+def several(facts: Mapping[str, Any]) -> str:
+    """``, 3 maps on 2 tiles`` of a pack or a character that has more than one map on one tile; else nothing."""
+    maps, tiles = len(facts["maps"]), len(facts["tiles"])
+    return f", {maps} map{'s' * (maps > 1)} on {tiles} tile{'s' * (tiles > 1)}" if maps * tiles > 1 else ""

@@ -6,6 +6,7 @@ from scipy.ndimage import gaussian_filter
 
 from facezip.character.raster import rasterise
 from facezip.files.obj import Topology
+from facezip.machine import memory
 
 # Texels of a weight map over which activity is smoothed: wrinkles reach beyond the motion that makes them.
 BLUR = 1.0
@@ -16,7 +17,9 @@ def activity(topology: Topology, deltas: NDArray[np.float32], size: tuple[int, i
 
     Texels beside the chart take their nearest neighbour's.
     """
-    reach = np.ascontiguousarray(np.linalg.norm(deltas, axis=2).T)
-    maps = rasterise(topology, size).dilated().interpolate(reach)
-    smooth: NDArray[np.float32] = gaussian_filter(maps, (BLUR, BLUR, 0), mode="nearest")
+    chart = rasterise(topology, size).dilated()
+    smooth: NDArray[np.float32] = memory.empty((*size, len(deltas)), np.float32)
+    for m, delta in enumerate(deltas):
+        smooth[..., m] = gaussian_filter(chart.interpolate(np.linalg.norm(delta, axis=1)), BLUR, mode="nearest")
+        memory.ease()
     return smooth

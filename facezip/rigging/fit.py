@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.machine import memory
 from facezip.machine.progress import track
 from facezip.rigging.frames import Integrator, edges
 from facezip.rigging.poses import pose_weights
@@ -30,6 +31,8 @@ UNITS = (0.3, 0.3)
 SPARSITY = 0.01
 # Scans show a shape of which they determine at least this part.
 SEEN = 0.1
+# Copies of both edges of every triangle of every shape and scan, in single precision, that the fit holds at most.
+COPIES = 6
 # A vertex rests where nothing moves it by more than this part of the largest displacement.
 STILL = 1e-4
 
@@ -80,7 +83,13 @@ def fit_rig(
     faces : ``(F, 3)``.
     template : ``(V, 3)``, another neutral of the same topology.
     shapes : ``(M, V, 3)``, displacements of the template.
+
+    Raises
+    ------
+    FaceZipError
+        ``BAD_VALUE`` for a limit of memory in which meshes, which are held whole, have no room.
     """
+    memory.check(0, COPIES * 6 * np.dtype(np.float32).itemsize * len(faces) * (len(scans) + len(shapes)))
     integrator = Integrator(faces, _resting(scans, shapes))
     start = transfer(template, shapes, neutral, integrator)
     prior, moved = _by_vertices(start.deltas), _by_vertices(scans)

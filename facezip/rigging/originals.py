@@ -3,21 +3,23 @@
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.maps import ALBEDO, Key
-from facezip.character.scans import Character
+from facezip.character.maps import Key
+from facezip.character.scans import Character, Stack
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import to_float
+from facezip.machine.rows import by_rows
 from facezip.pack.belonging import check_sizes
 from facezip.pack.model import CompressedTextures
 from facezip.rigging.weightmaps import Examples
 
 RIG = "rig.json"
+BLEND = "blend"
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,19 +42,27 @@ class Originals:
     deltas: NDArray[np.float32]
     definition: str
 
-    def texture(self, weights: Mapping[str, float], map: str = ALBEDO, tile: int | None = None) -> NDArray[np.float32]:
-        """I_0 + Σ_n (Σ_m β_m shares_mn) (I_n - I_0) of a map on a tile, as :meth:`CompressedTextures.blend`."""
-        key = map, self.character.tile(tile)
-        return self.character.kind(map).decode(self.texels(weights, key))
+    def blended(self, weights: Mapping[str, float]) -> Character:
+        """Scans of a blend β: a character whose one expression, :data:`BLEND`, has its textures and its mesh."""
+        stacks = {}
+        for key, stack in self.character.stacks.items():
+            texels = self.texels(weights, key)
+            stacks[key] = Stack(texels, texels[None], stack.mask)
+        meshes = replace(self.character.meshes, neutral=self.neutral, vertices=self.vertices(weights)[None])
+        return replace(self.character, expressions=(BLEND,), meshes=meshes, stacks=stacks)
 
     def texels(self, weights: Mapping[str, float], key: Key) -> NDArray[np.float32]:
-        """The same as texels: ``(H, W, C)`` float32 clipped to [0, 1]."""
+        """I_0 + Σ_n (Σ_m β_m shares_mn) (I_n - I_0) of a map on a tile: ``(H, W, C)`` float32 clipped to [0, 1]."""
         mixed, stack = self._row(weights) @ self.shares, self.character.stacks[key]
-        total = to_float(stack.neutral) * np.float32(1 - mixed.sum())
-        for n in np.flatnonzero(mixed):
-            total += np.float32(mixed[n]) * to_float(stack.textures[n])
-        clipped: NDArray[np.float32] = np.clip(total, 0, 1)
-        return clipped
+        shares = {n: np.float32(mixed[n]) for n in np.flatnonzero(mixed)}
+
+        def rows_of(rows: slice) -> NDArray[np.float32]:
+            total = to_float(stack.neutral[rows]) * np.float32(1 - mixed.sum())
+            for n, share in shares.items():
+                total += share * to_float(stack.textures[n, rows])
+            return np.clip(total, 0, 1)
+
+        return by_rows(rows_of, stack.neutral.shape, np.float32)
 
     def vertices(self, weights: Mapping[str, float]) -> NDArray[np.float32]:
         """Equation (7): ``(V, 3)`` float32."""

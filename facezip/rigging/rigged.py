@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from facezip.character.meshes import Meshes
 from facezip.character.tiles import shifted
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.machine.rows import sum_rows
 from facezip.pack.model import CompressedTextures
 from facezip.rigging.activity import activity
 from facezip.rigging.fit import Rig
@@ -31,7 +32,9 @@ class Rigged:
 
 
 def rigged(model: CompressedTextures, rig: Rig, shapes: tuple[str, ...], maps: str = MAPS[0]) -> Rigged:
-    """The same neutral and difference textures, with weight maps and displacements of M generated shapes.
+    """The same neutrals and difference textures, with weight maps and displacements of M generated shapes.
+
+    All maps of a tile share its weight maps, and so have the shapes as soon as one has.
 
     Parameters
     ----------
@@ -53,7 +56,7 @@ def rigged(model: CompressedTextures, rig: Rig, shapes: tuple[str, ...], maps: s
     damping = None
     if maps == "pseudo-inverse":
         examples = Examples.of(rig.weights)
-        weights = {tile: pseudo_inverse(maps, examples) for tile, maps in model.weights.items()}
+        weights = {tile: pseudo_inverse(scans, examples) for tile, scans in model.weights.items()}
     else:
         weights, damping = _geometry_aware(model, model.meshes, rig)
     meshes = replace(model.meshes, vertices=model.meshes.neutral + rig.deltas)
@@ -64,24 +67,31 @@ def _geometry_aware(
     model: CompressedTextures, meshes: Meshes, rig: Rig
 ) -> tuple[dict[int, NDArray[np.float32]], float]:
     """Weight maps ``(M, h, w, R)`` by tile, and the damping that they share."""
-    examples, aware = Examples.of(rig.weights), {}
-    for tile, weights in model.weights.items():
-        size = (weights.shape[1], weights.shape[2])
-        if size == (1, 1):
-            reason = "uniform weights have no place to put a wrinkle; take pseudo-inverse maps, or another method"
-            raise FaceZipError(ErrorCode.BAD_VALUE, f"geometry-aware weight maps: {reason} than pca")
-        reach = activity(shifted(meshes.topology, tile), rig.deltas, size)
-        aware[tile] = GeometryAware(examples, reach)
-    damping = best_damping(
-        [(aware[tile], weights, _importance(model, tile)) for tile, weights in model.weights.items()]
-    )
+    sizes = {tile: (weights.shape[1], weights.shape[2]) for tile, weights in model.weights.items()}
+    if (1, 1) in sizes.values():
+        reason = "uniform weights have no place to put a wrinkle; take pseudo-inverse maps, or another method"
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"geometry-aware weight maps: {reason} than pca")
+    activities = {tile: activity(shifted(meshes.topology, tile), rig.deltas, size) for tile, size in sizes.items()}
+    aware = GeometryAware.on(Examples.of(rig.weights), activities)
+    damping = best_damping(aware, model.weights, _importance(model))
     return {tile: aware[tile].maps(weights, damping) for tile, weights in model.weights.items()}, damping
 
 
-def _importance(model: CompressedTextures, tile: int) -> NDArray[np.float64]:
-    """``(R,)``: what a slot's squared error counts, the mean square of its textures; all maps count alike."""
-    total = np.zeros(next(iter(model.weights.values())).shape[3])
+def _importance(model: CompressedTextures) -> dict[int, NDArray[np.float64]]:
+    """``(R,)`` by tile: what a slot's squared error counts, the mean square of its textures; all maps count alike."""
+    total = {tile: np.zeros(weights.shape[3]) for tile, weights in model.weights.items()}
     for kind in model.maps:
-        squares = np.mean(np.square(model.parts[kind.name, tile].differences, dtype=np.float64), axis=(1, 2, 3))
-        total += squares / max(squares.sum(), np.finfo(np.float64).tiny)
+        squares = {tile: _mean_squares(model.parts[kind.name, tile].differences) for tile in total}
+        energy = max(sum(some.sum() for some in squares.values()), np.finfo(np.float64).tiny)
+        for tile, some in squares.items():
+            total[tile] += some / energy
     return total
+
+
+def _mean_squares(differences: NDArray[np.float32]) -> NDArray[np.float64]:
+    """``(R,)`` of difference textures ``(R, H, W, C)``."""
+
+    def sums(top: int, bottom: int) -> NDArray[np.float64]:
+        return np.square(differences[:, top:bottom], dtype=np.float64).sum(axis=(1, 2, 3))
+
+    return sum_rows(sums, differences.shape[1]) / differences[0].size

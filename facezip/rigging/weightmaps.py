@@ -9,14 +9,15 @@ Scans are noisy, their shapes alike, and skin is not linear: maps that give ever
 it. Damping lets go of what scans do not agree on, as much as predicts every scan best from the others.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.machine import memory
 from facezip.machine.progress import track
-from facezip.machine.rows import map_rows, sum_rows
+from facezip.machine.rows import by_rows, map_rows, sum_rows
 
 # Combinations of scans that B shows weaker than this part of the strongest are noise: they are left out.
 TRUNCATION = 0.01
@@ -59,8 +60,13 @@ class Examples:
 
 def pseudo_inverse(weights: NDArray[np.float32], examples: Examples) -> NDArray[np.float32]:
     """The paper's W* = B⁺ W, ``(M, h, w, R)``, of the scans' maps ``(N, h, w, R)`` (equation 11)."""
-    generated: NDArray[np.float32] = np.tensordot(examples.inverse, weights, 1).astype(np.float32)
-    return generated
+    inverse, shape = examples.inverse, (examples.weights.shape[1], *weights.shape[1:])
+
+    def generated(rows: slice) -> NDArray[np.float64]:
+        some: NDArray[np.float64] = np.tensordot(inverse, weights[:, rows], 1)
+        return some
+
+    return by_rows(generated, shape, np.float32, axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,14 +77,24 @@ class GeometryAware:
     ----------
     examples : of the example weights.
     activity : ``(h, w, M)`` ≥ 0, how far each shape moves the surface around a texel.
+    squares : ``(M,)``, the means of a_m(p)², on all tiles alike: λ and ε are measured in them, and maps that had their
+        own on every tile would break at the tiles' borders.
     """
 
     examples: Examples
     activity: NDArray[np.float32]
+    squares: NDArray[np.float64]
+
+    @classmethod
+    def on(cls, examples: Examples, activities: Mapping[int, NDArray[np.float32]]) -> "dict[int, GeometryAware]":
+        """Of the activity ``(h, w, M)`` on every tile."""
+        total = np.sum([sum_rows(_squared(activity), len(activity)) for activity in activities.values()], axis=0)
+        squares = total / sum(activity.shape[0] * activity.shape[1] for activity in activities.values())
+        return {tile: cls(examples, activity, squares) for tile, activity in activities.items()}
 
     def maps(self, weights: NDArray[np.float32], damping: float) -> NDArray[np.float32]:
         """``(M, h, w, R)`` of the scans' maps ``(N, h, w, R)``; ``damping`` in units of the mean of diag(B A Bᵀ)."""
-        generated = np.empty((self.activity.shape[2], *weights.shape[1:]), np.float32)
+        generated: NDArray[np.float32] = memory.empty((self.activity.shape[2], *weights.shape[1:]), np.float32)
         held = damping * self._unit
 
         def rows(top: int, bottom: int) -> None:
@@ -114,13 +130,11 @@ class GeometryAware:
 
     @property
     def _unit(self) -> float:
-        squares = np.mean(np.square(self.activity, dtype=np.float64), axis=(0, 1)) + self._floor
-        return float(np.mean(self.examples.weights**2 @ squares))
+        return float(np.mean(self.examples.weights**2 @ (self.squares + self._floor)))
 
     @property
     def _floor(self) -> float:
-        mean = FLOOR * float(np.mean(np.square(self.activity, dtype=np.float64)))
-        return max(mean, float(np.finfo(np.float32).tiny))
+        return max(FLOOR * float(self.squares.mean()), float(np.finfo(np.float32).tiny))
 
     def _spread(self, top: int, bottom: int) -> NDArray[np.float64]:
         """A Bᵀ, ``(rows, w, M, r)``."""
@@ -133,16 +147,26 @@ class GeometryAware:
         return np.ascontiguousarray(np.moveaxis(mixed, 0, 2))
 
 
-def best_damping(tiles: Sequence[tuple[GeometryAware, NDArray[np.float32], NDArray[np.float64]]]) -> float:
+def _squared(activity: NDArray[np.float32]) -> Callable[[int, int], NDArray[np.float64]]:
+    """``(M,)`` sums over blocks of rows."""
+    return lambda top, bottom: np.square(activity[top:bottom], dtype=np.float64).sum(axis=(0, 1))
+
+
+def best_damping(
+    aware: Mapping[int, GeometryAware],
+    weights: Mapping[int, NDArray[np.float32]],
+    importance: Mapping[int, NDArray[np.float64]],
+) -> float:
     """The one of :data:`DAMPINGS` with which each scan's maps are predicted best from those of all others.
 
     Parameters
     ----------
-    tiles : of each the maker of its maps, the scans' weight maps ``(N, h, w, R)``, and the importance of slots
-        ``(R,)``.
+    aware : makes the maps of a tile.
+    weights : the scans' weight maps ``(N, h, w, R)`` by tile.
+    importance : ``(R,)`` by tile, what a slot's squared error counts there.
     """
     choices = track(DAMPINGS, "Choosing the damping", len(DAMPINGS))
     errors = [
-        sum(aware.left_out(weights, importance, damping) for aware, weights, importance in tiles) for damping in choices
+        sum(aware[tile].left_out(weights[tile], importance[tile], damping) for tile in aware) for damping in choices
     ]
     return DAMPINGS[int(np.argmin(errors))]

@@ -1,6 +1,6 @@
 """Importance of a character's texels for some views, and a fit with it beside a uniform one at equal bytes."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from time import perf_counter
@@ -9,20 +9,26 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.fit.methods import compress
 from facezip.fit.settings import Settings
-from facezip.pack.errors import albedo_errors, mean_rmse
+from facezip.pack.errors import model_errors
 from facezip.pack.model import CompressedTextures
+from render.candidates import texels_of
 from render.effect import image_errors
 from render.importance import Look, Sight, regularised, seen_importance
 from render.llvm import start
+from render.staging import rendered_maps, staged
 from scenes.cameras import VIEWS
 from scenes.lights import RIGS
 
 FORMAT = "facezip-importance/1"
 FITS = ("uniform", "importance")
+# What the weight is exact for, and what it stands for besides.
+OPERATOR = "the albedo, in which direct light is linear"
+OTHERS = "other maps, in which it is not, have the albedo's"
 # The images that judge take other random numbers than those that the importance was made from.
 JUDGING_SEED = 2**20
 
@@ -35,12 +41,12 @@ def looks_of(views: int, lights: int) -> tuple[tuple[Look, ...], tuple[Look, ...
 
 def measure_importance(
     character: Character, sight: Sight, held_out: Sequence[Look], fit: dict[str, Any], floor: float
-) -> tuple[dict[str, Any], NDArray[np.float32]]:
-    """Make the importance for ``sight``, fit with and without it, and judge both by images.
+) -> tuple[dict[str, Any], dict[int, NDArray[np.float32]]]:
+    """Make the importance for ``sight``, fit with and without it, and judge both by images of all maps.
 
     Parameters
     ----------
-    character : at least two expressions.
+    character : at least two expressions, with any maps and tiles.
     sight : the looks that the importance is made for.
     held_out : looks that it knows nothing of.
     fit : settings of the refined fit, ``differences`` and ``weight_scale``, the same for both.
@@ -50,7 +56,7 @@ def measure_importance(
     -------
     document : plain data (``facezip-importance/1``): ``character``, ``conditions``, ``importance``, ``fits``,
         ``looks``, ``change`` and ``seconds``.
-    importance : ``(H, W)`` float32 ≥ 0, what ``facezip compress --importance`` takes.
+    importance : by tile, ``(H, W)`` float32 ≥ 0 of the albedo's size, what ``facezip compress --importance`` takes.
 
     Raises
     ------
@@ -61,16 +67,16 @@ def measure_importance(
     begin = perf_counter()
     versions = start()
     seen = seen_importance(character, sight)
-    inside = np.ones(seen.shape, np.float32) if character.first.mask is None else character.first.mask
-    if not (seen * inside).any():
+    inside = {tile: stack.weight for tile, stack in character.of_map(ALBEDO).items()}
+    if not any((seen[tile] * inside[tile]).any() for tile in seen):
         reason = "no camera sees a texel of the face region; check mask, UVs and that the face looks to +z"
         raise FaceZipError(ErrorCode.BAD_VALUE, f"{character.name}: {reason}")
-    importance = regularised(seen, character.first.mask, floor)
+    importance = regularised(seen, inside, floor)
     made = perf_counter()
     models = [compress(character, **fit), compress(character, **fit, importance=importance)]
     fitted = perf_counter()
     every = replace(sight, looks=(*sight.looks, *held_out), seed=sight.seed + JUDGING_SEED)
-    errors = image_errors(character, [model.reconstruct for model in models], every)
+    errors = image_errors(character, [staged(character, texels_of(model)) for model in models], every)
     looks = _looks(every.looks, errors, len(sight.looks))
     document = {
         "format": FORMAT,
@@ -90,21 +96,28 @@ def measure_importance(
 
 
 def _facts(
-    seen: NDArray[np.float32], importance: NDArray[np.float32], inside: NDArray[np.float32], floor: float
+    seen: Mapping[int, NDArray[np.float32]],
+    importance: Mapping[int, NDArray[np.float32]],
+    inside: Mapping[int, NDArray[np.float32]],
+    floor: float,
 ) -> dict[str, Any]:
+    """Of all tiles together."""
+    looked_at = sum(((seen[tile] > 0) * inside[tile]).sum(dtype=np.float64) for tile in seen)
+    on_face = np.concatenate([importance[tile][inside[tile] > 0] for tile in seen])
     return {
         "floor": floor,
-        "seen_share": float(((seen > 0) * inside).sum() / inside.sum()),
-        "largest": float(importance.max()),
-        "p99": float(np.percentile(importance[inside > 0], 99)),
+        "seen_share": float(looked_at / sum(inside[tile].sum(dtype=np.float64) for tile in seen)),
+        "largest": float(max(one.max() for one in importance.values())),
+        "p99": float(np.percentile(on_face, 99)),
     }
 
 
 def _fit(name: str, model: CompressedTextures, character: Character) -> dict[str, Any]:
-    cost = model.footprint
+    cost, errors = model.footprint, model_errors(character, model)
     return {
         "name": name,
-        "texture_rmse": mean_rmse(albedo_errors(character, model)),
+        "texture_rmse": errors[ALBEDO]["rmse"],
+        "map_errors": errors,
         "bytes_on_gpu": cost.bytes_on_gpu,
         "fetches": cost.fetches,
     }
@@ -151,6 +164,8 @@ def _conditions(
         "lights": list(dict.fromkeys(rig for _, rig in sight.looks)),
         "expressions": "all, without the neutral, which a pack holds exactly",
         "errors": "image RMSE 0..255, encoded sRGB, over head pixels; root mean square over expressions",
-        "texture_region": "whole texture" if character.first.mask is None else "the character's mask",
+        "texture_region": "the character's mask" if character.masked else "whole texture",
+        "maps_rendered": rendered_maps(character),
+        "importance_of": OPERATOR if len(character.maps) == 1 else f"{OPERATOR}; {OTHERS}",
         **fit,
     }

@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.scans import NEUTRAL, Character
+from facezip.character.maps import ALBEDO
+from facezip.character.scans import NEUTRAL, Character, Stack
+from facezip.character.tiles import Atlas
 from facezip.files.srgb import decode_srgb
-from render.importance import Sight, rgb
+from render.importance import Sight, staged_albedo
 from render.operator import ImageOperator
 from reports.figures import nice_ticks
 from reports.images import BACKDROP, ColourScale, Crop, data_uri, display, to_bytes
@@ -36,18 +38,19 @@ def scale_of(importance: Mapping[str, Any]) -> ColourScale:
 
 
 def head_panels(
-    character: Character, importance: NDArray[np.float32], sight: Sight, scale: ColourScale
+    character: Character, importance: Mapping[int, NDArray[np.float32]], sight: Sight, scale: ColourScale
 ) -> list[tuple[Panel, Panel]]:
     """The neutral head and its importance, from each view under the first light of ``sight``."""
     rigs = dict(reversed(sight.looks))
     first = replace(sight, looks=tuple((view, rigs[view]) for view in reversed(rigs)))
-    neutral = decode_srgb(rgb(character.texture(NEUTRAL)))
+    neutral = decode_srgb(staged_albedo(character, NEUTRAL))
+    weights = Atlas.of(character.tiles).joined({tile: one[:, :, None] for tile, one in importance.items()})
     operators = first.operators(character, first.renderer(character), NEUTRAL)
     panels = []
     for (view, rig), operator in zip(first.looks, operators, strict=True):
         crop, name = Crop.around([operator.coverage]), view.name.replace("_", " ")
         render = np.concatenate([operator.image(neutral), operator.coverage[:, :, None]], axis=2)
-        heat = scale.colours(_on_head(operator, importance))
+        heat = scale.colours(_on_head(operator, weights))
         heat[operator.coverage < 0.5] = BACKDROP
         pictures = to_bytes(display(render)), heat
         notes = (f"{rig} light", f"rendered neutral head, {name}"), ("", f"importance on the head, {name}")
@@ -60,20 +63,28 @@ def head_panels(
     return panels
 
 
-def uv_panel(character: Character, importance: NDArray[np.float32], scale: ColourScale) -> Panel:
-    """The importance in UV, on the backdrop where the mask leaves texels out."""
+def uv_panels(character: Character, importance: Mapping[int, NDArray[np.float32]], scale: ColourScale) -> list[Panel]:
+    """The importance in UV, a picture a tile, on the backdrop where the mask leaves texels out."""
+    several = len(importance) > 1
+    return [
+        _uv_panel(character.stacks[ALBEDO, tile], one, scale, f"UV, tile {tile}" if several else "UV")
+        for tile, one in importance.items()
+    ]
+
+
+def _uv_panel(stack: Stack, importance: NDArray[np.float32], scale: ColourScale, caption: str) -> Panel:
     step = -(-max(importance.shape) // LARGEST)
     shown = importance[::step, ::step]
     colours = scale.colours(shown)
-    if character.first.mask is not None:
-        colours[character.first.mask[::step, ::step] == 0] = BACKDROP
+    colours[stack.weight[::step, ::step] == 0] = BACKDROP
     height, width = shown.shape
-    return Panel(data_uri(colours, QUALITY), "UV", "face region", "importance of every texel in UV", width / height)
+    words = f"importance of every texel in {caption}"
+    return Panel(data_uri(colours, QUALITY), caption, "face region", words, width / height)
 
 
 def _on_head(operator: ImageOperator, importance: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The mean importance of the texels that a pixel sees, each by its share in the pixel: ``(H, W)``."""
-    texels = np.repeat(importance[:, :, None], 3, axis=2)
+    """The mean importance ``(h, w, 1)`` of the texels that a pixel sees, each by its share in the pixel: ``(H, W)``."""
+    texels = np.repeat(importance, 3, axis=2)
     seen = operator.apply(np.ones_like(texels)).sum(axis=2)
     total = operator.apply(texels).sum(axis=2)
     mean: NDArray[np.float32] = np.divide(total, seen, out=np.zeros_like(total), where=seen > 0)

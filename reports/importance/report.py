@@ -13,7 +13,8 @@ from facezip.files.writing import write_whole
 from render.importance import Sight
 from reports.conditions import condition_rows
 from reports.figures import Series, lying_bars, upright_bars
-from reports.importance.pictures import head_panels, scale_of, uv_panel
+from reports.importance.pictures import head_panels, scale_of, uv_panels
+from reports.maps import headline, unit
 from reports.metrics import megabytes, number
 from reports.page import write_page
 from reports.tables import Cell, Row, Table
@@ -24,7 +25,11 @@ TONES = {"uniform": "rival-2", "importance": "pack-0"}
 
 
 def write_importance_report(
-    document: Mapping[str, Any], character: Character, importance: NDArray[np.float32], sight: Sight, folder: Path
+    document: Mapping[str, Any],
+    character: Character,
+    importance: Mapping[int, NDArray[np.float32]],
+    sight: Sight,
+    folder: Path,
 ) -> Path:
     """Write ``importance.json`` and the page ``index.html`` that shows the same numbers; returns the page's path.
 
@@ -50,7 +55,7 @@ def write_importance_report(
         title=f"{character.name} – importance of texels, by FaceZip",
         scale=scale,
         heads=head_panels(character, importance, sight, scale),
-        uv=uv_panel(character, importance, scale),
+        uv=uv_panels(character, importance, scale),
         series=(bars := error_series(data["looks"])),
         wide=upright_bars(list(bars[0].values), bars),
         narrow=lying_bars(list(bars[0].values), bars),
@@ -69,6 +74,7 @@ def find(document: Mapping[str, Any]) -> list[dict[str, str]]:
             "here": f"The cameras see {facts['seen_share']:.0%} of the face region in one expression or more; "
             f"every other texel counts {facts['floor']:g} of the mean.",
         },
+        *([{"title": "Maps", "here": _maps(document)}] if len(document["character"]["maps"]) > 1 else []),
         {"title": "The views it was made for", "here": _sentence(change["made_for"], change["worst_made_for"])},
     ]
     if change["held_out"]:
@@ -76,6 +82,12 @@ def find(document: Mapping[str, Any]) -> list[dict[str, str]]:
             {"title": "Views that it knows nothing of", "here": _sentence(change["held_out"], change["worst_held_out"])}
         )
     return found
+
+
+def _maps(document: Mapping[str, Any]) -> str:
+    conditions = document["conditions"]
+    words = conditions["importance_of"]
+    return f"It is the importance of {words}. The images that judge show {', '.join(conditions['maps_rendered'])}."
 
 
 def _sentence(pair: Mapping[str, float], worst: float) -> str:
@@ -114,15 +126,21 @@ def looks_table(looks: list[dict[str, Any]]) -> Table:
 
 
 def fits_table(document: Mapping[str, Any]) -> Table:
-    """What both fits cost, and their texture error: it rises where nobody looks."""
+    """What both fits cost, and the error of each map: it rises where nobody looks."""
+    maps = document["fits"][0]["map_errors"]
     rows = [
         Row(
             fit["name"],
-            (Cell(megabytes(fit["bytes_on_gpu"])), Cell(str(fit["fetches"])), Cell(number(fit["texture_rmse"], 3))),
+            (
+                Cell(megabytes(fit["bytes_on_gpu"])),
+                Cell(str(fit["fetches"])),
+                *(Cell(number(headline(fit["map_errors"][name]), 3)) for name in maps),
+            ),
         )
         for fit in document["fits"]
     ]
-    columns = ("GPU memory, MB", "Fetches a pixel", "Texture RMSE of 255")
+    errors = (f"{name.capitalize()}, {unit(found)}" for name, found in maps.items())
+    columns = ("GPU memory, MB", "Fetches a pixel", *errors)
     return Table("The two fits: the same format and bytes.", "Fit", columns, tuple(rows))
 
 

@@ -37,8 +37,8 @@ def _intro(figure: Figure) -> str:
     condition = f"cond(B) = {number(figure['condition'], 1)}" if figure["condition"] else "B has no inverse"
     against = "RMSE to the truth, 0 to 255. " if "rmse" in figure else "Without a known truth there are no errors. "
     return (
-        f"Shapes of a template made for this person by example-based rigging, at {size(figure['resolution'])}; "
-        f"{condition}. {against}Pictures, from left to right: {_words(figure)}. "
+        f"Albedos of a template’s shapes, made for this person by example-based rigging, at "
+        f"{size(figure['resolution'])}; {condition}. {against}Pictures, from left to right: {_words(figure)}. "
         f"{len(figure['unseen'])} shapes are hardly in any scan and nearly keep the neutral’s texture."
     )
 

@@ -185,7 +185,7 @@ def _memory(document: Document) -> Finding | None:
         for row in document["table_1"]
         for name, value in published.get(tuple(row["resolution"]), {}).items()
     ]
-    if not gaps or document["character"]["channels"] != 3:
+    if not gaps or document["character"]["channels"] != 3 or len(document["character"]["tiles"]) > 1:
         return None
     return _finding(
         "memory",

@@ -1,13 +1,15 @@
-"""What is measured for Figure 8: textures of generated shapes, made in three ways, against the truth."""
+"""What is measured for Figure 8: albedos of generated shapes on every tile, made in three ways, against the truth."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
 from facezip.files.images import to_float
 from facezip.fit.methods import compress
@@ -15,6 +17,7 @@ from facezip.machine.progress import track
 from facezip.pack.model import CompressedTextures
 from facezip.pack.quantise import quantise
 from facezip.rigging.fit import Rig, fit_rig
+from facezip.rigging.originals import Originals
 from facezip.rigging.rigged import rigged
 from facezip.rigging.template import Template
 from facezip.rigging.weightmaps import Examples
@@ -24,6 +27,8 @@ from scenes.face.shapes import ARKIT_SHAPES
 from scenes.template import embedded_template
 
 Texture = NDArray[np.float32]
+# Gives ``(H, W, C)`` float32 in [0, 1], the albedo of a shape on a tile.
+Textures = Callable[[str, int], Texture]
 # Method, key of a document → compression and weight maps.
 PICTURES = 8
 PACKS = {"paper": ("paper", "pseudo-inverse"), "ours": ("refined", "geometry-aware")}
@@ -38,8 +43,7 @@ class Generated:
     scans : the character.
     shapes : M names.
     rig : the shapes and what every scan is made of.
-    textures : gives ``(H, W, C)`` float32 in [0, 1] for a shape, by method: ``naive``, ``paper``, ``ours``, the latter
-        two as packs store them.
+    textures : by method: ``naive``, ``paper``, ``ours``, the latter two as packs store them.
     damping : of our weight maps, as chosen.
     seconds : of the rig, and of each method's compression and weight maps.
     """
@@ -47,7 +51,7 @@ class Generated:
     scans: Character
     shapes: tuple[str, ...]
     rig: Rig
-    textures: dict[str, Callable[[str], Texture]]
+    textures: dict[str, Textures]
     damping: float
     seconds: dict[str, float]
 
@@ -69,20 +73,18 @@ def bench_rig(resolution: int, seed: int, template_seed: int) -> dict[str, Any]:
 
 
 def _errors(generated: Generated, person: Person) -> dict[str, Any]:
-    neutral = to_float(generated.scans.first.neutral)
-    textures = {**generated.textures, "neutral": lambda shape: neutral}
-    errors = texture_errors(replace(generated, textures=textures), lambda shape: person.texture({shape: 1.0}))
+    textures = {**generated.textures, "neutral": neutral_of(generated.scans)}
+    errors = texture_errors(replace(generated, textures=textures), lambda shape, _: person.texture({shape: 1.0}))
     return {**mean_errors(errors), "damping": generated.damping, "rmse_per_shape": errors}
 
 
-def figure_8(scans: Character, template: Template, seed: int, truth: Callable[[str], Texture] | None) -> dict[str, Any]:
-    """Textures of a template's shapes made in three ways, in pictures, and their errors where the truth is known.
+def figure_8(scans: Character, template: Template, seed: int, truth: Textures | None) -> dict[str, Any]:
+    """Albedos of a template's shapes made in three ways, in pictures, and their errors where the truth is known.
 
     Pictures are data URIs of the shapes that change the skin most, one of each left and right pair.
     """
-    made = generate(scans, template, seed)
-    neutral = to_float(scans.first.neutral)
-    textures = {**made.textures, "neutral": lambda shape: neutral}
+    made, neutral = generate(scans, template, seed), neutral_of(scans)
+    textures = {**made.textures, "neutral": neutral}
     figure: dict[str, Any] = {
         "resolution": list(scans.first.resolution),
         "condition": Examples.of(made.rig.weights).condition,
@@ -94,7 +96,8 @@ def figure_8(scans: Character, template: Template, seed: int, truth: Callable[[s
         figure |= {"rmse": mean_errors(errors), "rmse_per_expression": errors}
         changes = errors["neutral"]
     else:
-        changes = {shape: _rmse(made.textures["ours"](shape), neutral, _weight(scans)) for shape in made.shapes}
+        ours = made.textures["ours"]
+        changes = {shape: _rmse(scans, partial(ours, shape), partial(neutral, shape)) for shape in made.shapes}
     columns = {**({"truth": truth} if truth else {}), **made.textures}
     return figure | {"columns": list(columns), "pictures": strips(scans, columns, _telling(changes))}
 
@@ -112,49 +115,40 @@ def generate(scans: Character, template: Template, seed: int, rig: Rig | None = 
     faces = scans.meshes.topology.faces
     rig = rig or fit_rig(scans.meshes.neutral, moved, faces, template.neutral, template.deltas)
     seconds = {"rig": perf_counter() - begin}
-    textures: dict[str, Callable[[str], Texture]] = {"naive": Naive(scans, template.shapes, rig)}
+    textures: dict[str, Textures] = {"naive": naive(scans, template.shapes, rig)}
     damping = 0.0
     for name, (method, maps) in PACKS.items():
         begin = perf_counter()
         made = rigged(compress(scans, method, seed=seed), rig, template.shapes, maps)
-        textures[name] = stored(made.model).reconstruct
+        textures[name] = _of_model(quantise(made.model).dequantised())
         seconds[name] = perf_counter() - begin
         damping = made.damping or damping
     return Generated(scans, template.shapes, rig, textures, damping, seconds)
 
 
-class Naive:
+def naive(scans: Character, shapes: tuple[str, ...], rig: Rig) -> Textures:
     """The paper's baseline: the weighted sum of the scans' differences, I_0 + Σ_n B⁺_mn (I_n - I_0)."""
-
-    def __init__(self, scans: Character, shapes: tuple[str, ...], rig: Rig) -> None:
-        self._inverse = Examples.of(rig.weights).inverse.astype(np.float32)
-        self._scans, self._shapes = scans, shapes
-
-    def __call__(self, shape: str) -> Texture:
-        """The texture of a shape."""
-        shares = self._inverse[self._shapes.index(shape)]
-        stack = self._scans.first
-        neutral = to_float(stack.neutral)
-        total = neutral * (1 - shares.sum())
-        for share, texture in zip(shares, stack.textures, strict=True):
-            total += share * to_float(texture)
-        clipped: Texture = np.clip(total, 0, 1)
-        return clipped
+    shares = Examples.of(rig.weights).inverse
+    originals = Originals(scans, shapes, shares, scans.meshes.neutral, rig.deltas, "the naive sum of differences")
+    return lambda shape, tile: originals.texels({shape: 1.0}, (ALBEDO, tile))
 
 
-def stored(model: CompressedTextures) -> CompressedTextures:
-    """The model as it comes back from a pack."""
-    return quantise(model).dequantised()
+def neutral_of(scans: Character) -> Textures:
+    """The scanned neutral in the place of every shape."""
+    return lambda _, tile: to_float(scans.stacks[ALBEDO, tile].neutral)
 
 
-def texture_errors(generated: Generated, truth: Callable[[str], Texture]) -> dict[str, dict[str, float]]:
-    """RMSE, 0..255, of every method and shape inside the mask."""
-    weight = _weight(generated.scans)
+def _of_model(model: CompressedTextures) -> Textures:
+    return lambda shape, tile: model.texels({shape: 1.0}, (ALBEDO, tile))
+
+
+def texture_errors(generated: Generated, truth: Textures) -> dict[str, dict[str, float]]:
+    """RMSE, 0..255, of every method and shape over all tiles, inside the mask."""
     errors: dict[str, dict[str, float]] = {name: {} for name in generated.textures}
     for shape in track(generated.shapes, "Measuring shapes", len(generated.shapes)):
-        true = truth(shape)
+        true = {tile: truth(shape, tile) for tile in generated.scans.tiles}
         for name, texture in generated.textures.items():
-            errors[name][shape] = _rmse(texture(shape), true, weight)
+            errors[name][shape] = _rmse(generated.scans, partial(texture, shape), true.__getitem__)
     return errors
 
 
@@ -170,10 +164,11 @@ def mean_errors(errors: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
     return {name: sum(one.values()) / len(one) for name, one in errors.items()}
 
 
-def _weight(scans: Character) -> NDArray[np.float32]:
-    return np.ones(scans.first.resolution, np.float32) if scans.first.mask is None else scans.first.mask
-
-
-def _rmse(texture: Texture, true: Texture, weight: NDArray[np.float32]) -> float:
-    squares = np.square(texture - true, dtype=np.float64).mean(axis=2)
-    return float(255 * np.sqrt(np.sum(squares * weight) / weight.sum(dtype=np.float64)))
+def _rmse(scans: Character, texture: Callable[[int], Texture], true: Callable[[int], Texture]) -> float:
+    """Of textures by tile, inside the mask."""
+    total = seen = 0.0
+    for tile, stack in scans.of_map(ALBEDO).items():
+        weight = stack.weight
+        squares = np.square(texture(tile) - true(tile), dtype=np.float64).mean(axis=2)
+        total, seen = total + float(np.sum(squares * weight)), seen + float(weight.sum(dtype=np.float64))
+    return float(255 * np.sqrt(total / seen))

@@ -17,7 +17,8 @@ def sections(document: Mapping[str, Any]) -> list[Section]:
 
 
 def _table_1(document: Mapping[str, Any]) -> Section:
-    intro = f"Texture sizes: {document['conditions']['texture_sizes']}."
+    conditions = document["conditions"]
+    intro = f"Measured on {conditions['maps']}. Texture sizes: {conditions['texture_sizes']}."
     tables = table_1.times(document), table_1.memory(document), table_1.errors(document)
     return Section("table-1", "Table 1", "Table 1: time, memory and error", intro, tables=tables)
 

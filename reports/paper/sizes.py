@@ -1,4 +1,4 @@
-"""One character at several texture sizes: halved by a box filter, never enlarged."""
+"""One character at several texture sizes: halved by a box filter, never enlarged; the first tile's width names them."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -26,7 +26,8 @@ def widths_of(character: Character, wanted: Sequence[int] = ()) -> list[int]:
     FaceZipError
         ``BAD_VALUE`` for a width that halving does not reach.
     """
-    widths = [width for _, width in _halvings(character.first.resolution, min((SMALLEST, *wanted)))]
+    width, count = character.first.resolution[1], _halvings(character, min((SMALLEST, *wanted)))
+    widths = [width >> step for step in range(count + 1)]
     unreachable = [width for width in wanted if width not in widths]
     if unreachable:
         raise FaceZipError(
@@ -47,8 +48,8 @@ def at_widths(character: Character, widths: Sequence[int]) -> Iterator[Character
 
 def reduced(character: Character, most: int) -> Character:
     """The character halved until no side is longer than ``most`` texels, or until a side is odd."""
-    for _ in _halvings(character.first.resolution, 1)[1:]:
-        if max(character.first.resolution) <= most:
+    for _ in range(_halvings(character, 1)):
+        if max(max(size) for size in _sizes(character)) <= most:
             break
         character = halved(character)
     return character
@@ -67,14 +68,16 @@ def halved(character: Character) -> Character:
     return replace(character, stacks=stacks)
 
 
-def _halvings(size: tuple[int, int], smallest: int) -> list[tuple[int, int]]:
-    """A texture's size and its halves, as long as sides are even and not below ``smallest``."""
-    height, width = size
-    found = [size]
-    while not (height % 2 or width % 2) and min(height, width) // 2 >= smallest:
-        height, width = height // 2, width // 2
-        found.append((height, width))
-    return found
+def _halvings(character: Character, smallest: int) -> int:
+    """How often all textures can be halved: sides stay whole, and the first tile's width not below ``smallest``."""
+    sides, count = [side for size in _sizes(character) for side in size], 0
+    while not any(side >> count & 1 for side in sides) and character.first.resolution[1] >> count + 1 >= smallest:
+        count += 1
+    return count
+
+
+def _sizes(character: Character) -> list[tuple[int, int]]:
+    return [stack.resolution for stack in character.stacks.values()]
 
 
 def _halved(texels: Texels) -> Texels:

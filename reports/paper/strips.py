@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter, zoom
 
+from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
 from facezip.files.images import to_float
 from reports.images import data_uri, to_bytes
@@ -15,20 +16,41 @@ PART, WIDTH, GAP = 0.28, 220, 6
 Texture = NDArray[np.float32]
 
 
-def strips(scans: Character, columns: Mapping[str, Callable[[str], Texture]], shapes: Sequence[str]) -> dict[str, str]:
-    """A data URI for each shape: its texture by every column, where the first one differs most from the neutral."""
-    neutral = to_float(scans.first.neutral)
-    mask = np.ones(scans.first.resolution, np.float32) if scans.first.mask is None else scans.first.mask
-    found = {}
+# A tile, and rows and columns of its texture.
+Window = tuple[int, tuple[slice, slice]]
+
+
+def strips(
+    scans: Character, columns: Mapping[str, Callable[[str, int], Texture]], shapes: Sequence[str]
+) -> dict[str, str]:
+    """A data URI for each shape: its albedo by every column, where the first one differs most from the neutral.
+
+    Columns give ``(H, W, C)`` of a shape on a tile.
+    """
+    first, found = next(iter(columns.values())), {}
     for shape in shapes:
-        textures = [texture(shape) for texture in columns.values()]
-        window = _window(np.abs(textures[0] - neutral).mean(axis=2) * mask)
-        found[shape] = data_uri(to_bytes(_beside([texture[window] for texture in textures])), 90)
+        tile, window = _window(scans, {tile: first(shape, tile) for tile in scans.tiles})
+        parts = [texture(shape, tile)[window] for texture in columns.values()]
+        found[shape] = data_uri(to_bytes(_beside(parts)), 90)
     return found
 
 
-def _window(change: NDArray[np.float32]) -> tuple[slice, slice]:
-    """The square with the most change."""
+def _window(scans: Character, textures: Mapping[int, Texture]) -> Window:
+    """The square with the most change on any tile."""
+    best: tuple[float, Window] | None = None
+    for tile, texture in textures.items():
+        stack = scans.stacks[ALBEDO, tile]
+        change = np.abs(texture - to_float(stack.neutral)).mean(axis=2) * stack.weight
+        most, window = _most(change)
+        if best is None or most > best[0]:
+            best = most, (tile, window)
+    if best is None:
+        raise ValueError("no tile to look at")
+    return best[1]
+
+
+def _most(change: NDArray[np.float32]) -> tuple[float, tuple[slice, slice]]:
+    """The mean of a change ``(H, W)`` over the square where it is largest, and that square."""
     sides = [max(round(PART * side), 1) for side in change.shape]
     within = uniform_filter(change, sides, mode="constant")
     at = np.unravel_index(int(within.argmax()), change.shape)
@@ -37,7 +59,7 @@ def _window(change: NDArray[np.float32]) -> tuple[slice, slice]:
         for middle, side, whole in zip(at, sides, change.shape, strict=True)
     ]
     rows, columns = (slice(begin, begin + side) for begin, side in zip(begins, sides, strict=True))
-    return rows, columns
+    return float(within[at]), (rows, columns)
 
 
 def _beside(parts: Sequence[Texture]) -> Texture:

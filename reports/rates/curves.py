@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from reports.metrics import number
+from reports.maps import headline, unit
+from reports.metrics import megabytes, number
 from reports.plots import Axis, Mark, Plot, dot, line
 from reports.rates.comparison import LEAST, MOST, Row, envelope, in_use, of_family
 from reports.rates.families import FAMILIES, Family
@@ -20,6 +21,11 @@ Round = Mapping[str, Any]
 def families_of(one: Round) -> list[Family]:
     """The families that were measured, in the report's order."""
     return [family for family in FAMILIES.values() if of_family(one["points"], family.key)]
+
+
+def maps_of(one: Round) -> dict[str, Mapping[str, float]]:
+    """The maps that were measured, with the errors of some point of each."""
+    return dict(one["points"][0]["errors"])
 
 
 def legend(one: Round) -> tuple[tuple[Mark, str, str], ...]:
@@ -47,7 +53,8 @@ def curves(one: Round, width: float) -> Plot:
             marks.append(dot(place, family.shape, family.tone, _words(point), opacity=1 if point in best else 0.3))
     frame = (width, BOTTOM + 48, LEFT, right, TOP, BOTTOM)
     title = f"{one['expressions']} expressions: error against GPU memory"
-    return Plot(title, *frame, across.marks(), up.marks(), BYTES, RMSE, tuple(marks))
+    error = f"{RMSE}, over {len(maps_of(one))} maps" if len(maps_of(one)) > 1 else RMSE
+    return Plot(title, *frame, across.marks(), up.marks(), BYTES, error, tuple(marks))
 
 
 def comparison(one: Round) -> Table:
@@ -74,17 +81,21 @@ def comparison(one: Round) -> Table:
 def table(one: Round) -> Table:
     """Every measurement as numbers, family by family."""
     rows = []
+    # The error of one map is its own; of several each is shown beside that over all.
+    maps = maps_of(one) if len(maps_of(one)) > 1 else {}
     for family in families_of(one):
         best = envelope(of_family(one["points"], family.key))
         for point in of_family(one["points"], family.key):
             cells = (
-                Cell(number(point["bytes_per_texel"], 2)),
+                Cell(number(point["bytes_per_texel"], 2), f"{megabytes(point['bytes'])} MB"),
                 Cell(number(point["rmse"], 2)),
+                *(Cell(number(headline(point["errors"][name]), 2)) for name in maps),
                 Cell(str(point["fetches"])),
                 Cell(number(point["seconds"], 1)),
             )
             rows.append(TableRow(family.label, cells, _made(point), strong=point in best))
-    columns = ("Bytes a texel", "RMSE", "Fetches", "Seconds")
+    each = (f"{name.capitalize()}, {unit(found)}" for name, found in maps.items())
+    columns = ("Bytes a texel", "RMSE", *each, "Fetches", "Seconds")
     return Table(f"{one['expressions']} expressions", "Stored", columns, tuple(rows))
 
 

@@ -24,7 +24,7 @@ def measure_rates(character: Character, total: int, effort: str, seed: int) -> d
 
     Parameters
     ----------
-    character : at least two expressions, up to three channels.
+    character : at least two expressions; all maps on all tiles are measured.
     total : a second round has so many expressions, blends of the others added; 0 for one round.
     effort : of the ASTC encoder, for all alike: ``"fast"``, ``"medium"`` or ``"thorough"``.
     seed : of the blends.
@@ -48,9 +48,12 @@ def measure_rates(character: Character, total: int, effort: str, seed: int) -> d
         "character": character.facts,
         "conditions": {
             **conditions(LIBRARIES),
-            "errors": "RMSE 0..255 of what the decoders give back, mean over expressions",
-            "texture_region": "whole texture" if character.first.mask is None else "the character's mask",
-            "bytes": "GPU memory of neutral, differences or expressions, and weight maps, without mip-maps",
+            "errors": "RMSE 0..255 of what the decoders give back, mean over expressions; over several maps the root "
+            "of the mean of their squares, normals as images (n + 1) / 2",
+            "texture_region": "the character's mask" if character.masked else "whole texture",
+            "bytes": "GPU memory of neutral, differences or expressions, and weight maps, of all maps and tiles, "
+            "without mip-maps; a texel is one of any map",
+            "textures": "each map has textures of its own, all in the same codec; of normals x and y are coded",
             "astc_effort": effort,
             "seed": seed,
         },

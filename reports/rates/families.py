@@ -14,6 +14,8 @@ RANKS, SCALES = (4, 6, 8), (8, 16)
 RAW_RANKS, RAW_SCALES = (1, 2, 3, 4, 6, 8), (8, 16)
 PACK_BLOCKS = ((6, 6), (8, 6), (8, 8), (10, 10), (12, 12))
 PAPER_RANK, PAPER_SCALE, PCA_RANKS = 4, 8, (4, 6, 8)
+# Uncompressed; textures of fewer channels cost no more than those.
+RAW = Storage(raw(3))
 
 
 @dataclass(frozen=True)
@@ -49,17 +51,9 @@ OURS, RIVAL = "refined_astc", "textures_astc"
 
 def tried(character: Character, effort: str) -> list[Textures | Pack]:
     """Everything that is measured on a character; ``effort`` is that of the ASTC encoder, for all alike."""
-    channels, count, smallest = (
-        character.first.neutral.shape[2],
-        len(character.expressions),
-        min(character.first.resolution),
-    )
-    ways: list[Textures | Pack] = [
-        *_textures(effort),
-        *_baselines(effort, channels),
-        *_refined(effort, channels),
-        *_in_the_loop(effort),
-    ]
+    count = len(character.expressions)
+    smallest = min(min(stack.resolution) for stack in character.stacks.values())
+    ways: list[Textures | Pack] = [*_textures(effort), *_baselines(effort), *_refined(effort), *_in_the_loop(effort)]
     return [
         way for way in ways if isinstance(way, Textures) or (way.differences <= count and way.weight_scale <= smallest)
     ]
@@ -72,17 +66,17 @@ def _textures(effort: str) -> Iterator[Textures]:
         yield Textures("textures_astc", astc(block, effort))
 
 
-def _baselines(effort: str, channels: int) -> Iterator[Pack]:
-    for storage in (Storage(raw(channels)), *_coded(effort)):
+def _baselines(effort: str) -> Iterator[Pack]:
+    for storage in (RAW, *_coded(effort)):
         yield Pack("paper", "paper", PAPER_RANK, PAPER_SCALE, storage)
         for rank in PCA_RANKS:
             yield Pack("pca", "pca", rank, PAPER_SCALE, storage)
 
 
-def _refined(effort: str, channels: int) -> Iterator[Pack]:
+def _refined(effort: str) -> Iterator[Pack]:
     for rank in RAW_RANKS:
         for scale in RAW_SCALES:
-            yield Pack("refined_raw", "refined", rank, scale, Storage(raw(channels)))
+            yield Pack("refined_raw", "refined", rank, scale, RAW)
     for storage in _coded(effort):
         yield Pack("refined_afterwards", "refined", PAPER_RANK, PAPER_SCALE, storage)
 

@@ -1,20 +1,22 @@
-"""What is measured: error and bytes of one way to store a character's textures."""
+"""What is measured: error and bytes of one way to store all maps of a character on all its tiles."""
 
 from dataclasses import dataclass
-from functools import partial
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facezip.blocks.codecs import Codec
-from facezip.character.maps import ALBEDO, Key
+from facezip.character.maps import Key
 from facezip.character.scans import Character
 from facezip.files.images import to_float
+from facezip.fit.choice import whole_error
 from facezip.fit.coded import coded_afterwards, fit_coded
 from facezip.fit.methods import compress
 from facezip.fit.storage import Storage
-from facezip.pack.errors import model_errors, texture_errors
+from facezip.pack.errors import Errors, model_errors, texture_errors
+from facezip.pack.footprint import Texture
 
 
 @dataclass(frozen=True)
@@ -25,18 +27,22 @@ class Point:
     ----------
     family : a key of :data:`reports.rates.families.FAMILIES`.
     codec : of the textures, as ``"astc_8x8"``.
-    bytes_per_texel : bytes of GPU memory over the texels of one texture, neutral included.
+    bytes : of GPU memory, all maps and tiles, the neutral included.
+    bytes_per_texel : the same over the texels of one expression, of all maps and tiles.
     fetches : textures that a shader reads for a pixel.
-    rmse : 0..255, mean over expressions, of what the GPU's decoder gives back.
+    rmse : 0..255, of what the GPU's decoder gives back, over all maps (:func:`facezip.fit.choice.whole_error`).
+    errors : by map ``rmse``, or ``angular_error`` and ``angular_error_rms`` in degrees; means over expressions.
     seconds : of fitting and coding.
     differences, weight_scale : of a pack.
     """
 
     family: str
     codec: str
+    bytes: int
     bytes_per_texel: float
     fetches: int
     rmse: float
+    errors: dict[str, dict[str, float]]
     seconds: float
     differences: int | None = None
     weight_scale: int | None = None
@@ -44,18 +50,24 @@ class Point:
 
 @dataclass(frozen=True)
 class Textures:
-    """The rival: neutral and every expression, each coded alone."""
+    """The rival: neutral and every expression of every map, each texture coded alone."""
 
     family: str
     codec: Codec
 
     def measure(self, character: Character) -> Point:
         """Code and decode all textures."""
-        begin = perf_counter()
-        errors = texture_errors(character, partial(_round_trip, character, self.codec))
-        count, (height, width) = 1 + len(character.expressions), character.first.resolution
-        size = count * self.codec.bytes_of(height, width) / (height * width)
-        return Point(self.family, self.codec.name, size, count, errors[ALBEDO]["rmse"], perf_counter() - begin)
+        storage, begin = Storage(self.codec), perf_counter()
+        kinds = {kind.name: kind for kind in character.maps}
+
+        def coded(name: str, key: Key) -> NDArray[np.float32]:
+            return storage.neutral(to_float(character.texels(name, key)), kinds[key[0]])
+
+        errors = texture_errors(character, coded)
+        count = 1 + len(character.expressions)
+        size = count * sum(storage.texture_bytes(Texture(*stack.neutral.shape)) for stack in character.stacks.values())
+        numbers = size, size / _texels(character), count * len(kinds), *_errors(errors)
+        return Point(self.family, self.codec.name, *numbers, perf_counter() - begin)
 
 
 @dataclass(frozen=True)
@@ -77,20 +89,20 @@ class Pack:
         else:
             fit = compress(character, self.method, differences=self.differences, weight_scale=self.weight_scale)
             model = coded_afterwards(fit, self.storage)
-        seconds = perf_counter() - begin
-        height, width = character.first.resolution
-        return Point(
-            self.family,
-            self.storage.textures.name,
-            self.storage.bytes_of(model) / (height * width),
-            model.footprint.fetches,
-            model_errors(character, model)[ALBEDO]["rmse"],
-            seconds,
-            model.footprint.differences,
-            self.weight_scale,
-        )
+        seconds, size, cost = perf_counter() - begin, self.storage.bytes_of(model), model.footprint
+        numbers = size, size / _texels(character), cost.fetches, *_errors(model_errors(character, model)), seconds
+        return Point(self.family, self.storage.textures.name, *numbers, cost.differences, self.weight_scale)
 
 
-def _round_trip(character: Character, codec: Codec, name: str, key: Key) -> NDArray[np.float32]:
-    texels = np.rint(to_float(character.texels(name, key)) * 255).astype(np.uint8)
-    return codec.round_trip(texels).astype(np.float32) / np.float32(255)
+def _texels(character: Character) -> int:
+    """Of one expression."""
+    return sum(stack.resolution[0] * stack.resolution[1] for stack in character.stacks.values())
+
+
+def _errors(errors: Errors) -> tuple[float, dict[str, dict[str, Any]]]:
+    """The one number, and those of each map."""
+    by_map = {
+        name: {key: value for key, value in found.items() if not key.endswith("_per_expression")}
+        for name, found in errors.items()
+    }
+    return whole_error(errors, {}), by_map

@@ -37,12 +37,14 @@ def write_rates_report(document: Mapping[str, Any], folder: Path) -> Path:
 
 
 def _section(one: Mapping[str, Any]) -> Section:
-    count = one["expressions"]
+    count, maps = one["expressions"], list(curves.maps_of(one))
+    together = f" Error and bytes are those of {', '.join(maps[:-1])} and {maps[-1]} together." if len(maps) > 1 else ""
     return Section(
         f"expressions-{count}",
         f"{count} expressions",
         f"{count} expressions",
-        "Marks: everything that was tried. Lines: the best of each family. Lower and further left is better.",
+        "Marks: everything that was tried. Lines: the best of each family. Lower and further left is better."
+        + together,
         legend=curves.legend(one),
         plots=((curves.curves(one, WIDE), curves.curves(one, NARROW)),),
         tables=(curves.comparison(one),),

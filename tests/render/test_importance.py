@@ -3,12 +3,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from facezip.character.maps import KNOWN
+from facezip.character.scans import Stack
+from facezip.files.images import to_float
 from facezip.files.srgb import decode_srgb
 from facezip.fit.methods import compress
 from render.effect import image_errors
 from render.importance import Sight, regularised, seen_importance, squared_error_weight
 from render.metrics import display
+from render.staging import staged
 from scenes.cameras import VIEWS
+from scenes.surface import in_tiles
 
 FRONT = ((VIEWS[0], "daylight"),)
 
@@ -20,7 +25,24 @@ def sight():
 
 @pytest.fixture(scope="module")
 def seen(character, sight):
-    return seen_importance(character, sight)
+    return seen_importance(character, sight)[1001]
+
+
+@pytest.fixture(scope="module")
+def tiled(character):
+    """The ball with normals and roughness, its chart cut into two tiles."""
+    return in_tiles(with_maps(character), 2, 1)
+
+
+def with_maps(character):
+    """With maps of little relief and of a roughness that changes."""
+    stacks = dict(character.stacks)
+    texels = {name: to_float(getattr(character.first, name)) for name in ("neutral", "textures")}
+    flat = {name: 0.5 + 0.02 * (some[..., :2] - 0.5) for name, some in texels.items()}
+    stacks["normal", 1001] = Stack(**{name: np.rint(some * 65535).astype(np.uint16) for name, some in flat.items()})
+    stacks["roughness", 1001] = Stack(**{name: np.ascontiguousarray(some[..., 2:]) for name, some in texels.items()})
+    kinds = tuple(KNOWN[name] for name in ("albedo", "normal", "roughness"))
+    return replace(character, maps=kinds, stacks=stacks)
 
 
 @pytest.fixture(scope="module")
@@ -70,30 +92,56 @@ def test_it_bounds_the_image_error_of_any_small_error(character, operator, seed)
 
 
 def test_it_repeats(character, sight, seen):
-    np.testing.assert_array_equal(seen_importance(character, sight), seen)
+    np.testing.assert_array_equal(seen_importance(character, sight)[1001], seen)
 
 
 def test_it_adds_up_over_looks(character, sight, seen):
     side = ((VIEWS[4], "daylight"),)
     both = seen_importance(character, replace(sight, looks=FRONT + side))
     alone = seen_importance(character, replace(sight, looks=side))
-    np.testing.assert_allclose(both, seen + alone, rtol=1e-5, atol=1e-12)
+    np.testing.assert_allclose(both[1001], seen + alone[1001], rtol=1e-5, atol=1e-12)
+
+
+def test_tiles_have_the_parts_of_the_whole(tiled, character, sight):
+    whole, found = seen_importance(with_maps(character), sight)[1001], seen_importance(tiled, sight)
+    np.testing.assert_allclose(np.concatenate([found[1001], found[1002]], axis=1), whole, rtol=1e-4, atol=1e-9)
+
+
+def test_a_coarser_tile_has_the_sum_of_its_texels(tiled, sight):
+    """Its texels are as many times larger on the screen."""
+    few = tiled.only("albedo")
+    coarse = replace(few, stacks={**few.stacks, ("albedo", 1002): halved(few.stacks["albedo", 1002])})
+    fine, found = seen_importance(few, sight)[1002], seen_importance(coarse, sight)[1002]
+    assert found.shape == (32, 16)
+    assert found.sum() == pytest.approx(fine.sum(), rel=0.03)
+    sums = fine.reshape(32, 2, 16, 2).sum(axis=(1, 3))
+    np.testing.assert_allclose(found, sums, atol=0.1 * sums.max())
+
+
+def halved(stack):
+    means = {
+        name: getattr(stack, name).reshape(*shape, 32, 2, 16, 2, 3).mean(axis=(-4, -2)).round().astype(np.uint8)
+        for name, shape in (("neutral", ()), ("textures", (len(stack.textures),)))
+    }
+    return Stack(**means)
 
 
 def test_the_floor_is_what_an_unseen_texel_counts(seen):
     mask = np.ones_like(seen)
     mask[:8] = 0
-    weight = regularised(seen, mask, 0.25)
+    halves = {1001: slice(0, 20), 1002: slice(20, None)}
+    found = regularised(*({tile: some[rows] for tile, rows in halves.items()} for some in (seen, mask)), 0.25)
+    weight = np.concatenate([*found.values()])
     assert np.average(weight, weights=mask) == pytest.approx(1, rel=1e-5)
     np.testing.assert_array_equal(weight[seen == 0], np.float32(0.25))
 
 
 def test_a_floor_of_one_ignores_the_cameras(seen):
-    np.testing.assert_array_equal(regularised(seen, None, 1), 1)
+    np.testing.assert_array_equal(regularised({1001: seen}, {1001: np.ones_like(seen)}, 1)[1001], 1)
 
 
 def test_a_fit_with_it_lowers_the_weighted_error(character, seen):
-    importance = regularised(seen, None, 0.05)
+    importance = regularised({1001: seen}, {1001: np.ones_like(seen)}, 0.05)[1001]
     errors = []
     for weight in (None, importance):
         model = compress(character, differences=1, weight_scale=32, importance=weight)
@@ -102,11 +150,20 @@ def test_a_fit_with_it_lowers_the_weighted_error(character, seen):
     assert errors[1] < errors[0]
 
 
-def test_a_character_has_no_image_error_to_itself_and_more_to_worse_textures(character, sight):
-    def off(by):
-        return lambda name: np.clip(character.texture(name) + np.float32(by), 0, 1)
+def test_a_character_has_no_image_error_to_itself_and_more_to_worse_maps(tiled, sight):
+    """Whichever of its maps is worse; of a matte skin, roughness does not count."""
 
-    none, small, large = image_errors(character, [character.texture, off(0.01), off(0.03)], sight)[:, :, 0]
-    assert (none == 0).all()
-    assert (small > 0.5).all()
-    assert (large > 2 * small).all()
+    def off(by, worse):
+        def texels(name, key):
+            right = to_float(tiled.texels(name, key))
+            return np.clip(right + np.float32(by), 0, 1) if key[0] == worse else right
+
+        return staged(tiled, texels)
+
+    shiny = replace(sight, material="skin")
+    for worse, by in (("albedo", 0.01), ("normal", 0.0005), ("roughness", 0.1)):
+        skins = [staged(tiled, tiled.texels), off(by, worse), off(3 * by, worse)]
+        none, small, large = image_errors(tiled, skins, shiny)[:, :, 0]
+        assert (none == 0).all()
+        assert (small > 0.05).all()
+        assert (large > 1.5 * small).all()

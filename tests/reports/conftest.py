@@ -36,7 +36,8 @@ def make_document(folder, packs=("refined",), expressions=("smile", "frown"), vi
     return {
         "format": "facezip-validation/3",
         "character": {"name": name, "expressions": list(expressions), "resolution": [64, 128], "vertices": 4321,
-                      "triangles": 8642, "channels": 3},
+                      "triangles": 8642, "channels": 3, "maps": [{"name": "albedo", "encoding": "srgb"}],
+                      "tiles": [1001]},
         "conditions": {"spp": 16, "sampler": "multijitter", "seed": 3, "views": list(views), "lights": ["studio"],
                        "units": {"image_rmse": "0..255 over head pixels"}, "texture_region": "the character's mask"},
         "packs": [_pack(k, pack, expressions) for k, pack in enumerate(packs)],

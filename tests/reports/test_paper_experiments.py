@@ -1,13 +1,11 @@
 """The experiments give what the methods themselves give, and share what they can."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from facezip import compress
 from facezip.fit.paper.stitching import stitching_cost
-from facezip.pack.errors import mean_rmse, texture_errors
+from facezip.pack.errors import albedo_errors, mean_rmse
 from facezip.pack.footprint import Footprint
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
@@ -16,7 +14,8 @@ from reports.paper.experiments import Settings, figure_6, figure_7_convergence, 
 from reports.paper.mask_counts import figure_7_masks
 from reports.paper.published import EXPRESSIONS_IN_MEMORY, TABLE_1
 from reports.paper.steps import stored_errors
-from tests.facezip.conftest import random_character
+from tests.facezip.conftest import random_character, with_albedo
+from tests.facezip.surfaces import random_surface
 
 SETTINGS = Settings(masks=7, restarts=6, starts=3, mask_counts=(3, 90, 5))
 PAPER = {"masks": 7, "restarts": 6}
@@ -26,13 +25,13 @@ PAPER = {"masks": 7, "restarts": 6}
 def trial():
     mask = np.zeros((64, 64), np.float32)
     mask[8:56, 4:60] = 1
-    return run_trial(replace(random_character(side=64), mask=mask), SETTINGS)
+    return run_trial(with_albedo(random_character(side=64), mask=mask), SETTINGS)
 
 
 def test_errors_are_those_of_the_written_pack_read_back(trial, tmp_path):
     for method, settings in (("paper", PAPER), ("refined", {}), ("pca", {"differences": 4})):
         write_pack(compress(trial.character, method, **settings), tmp_path / "a.facezip", overwrite=True)
-        expected = texture_errors(trial.character, read_pack(tmp_path / "a.facezip").reconstruct)
+        expected = albedo_errors(trial.character, read_pack(tmp_path / "a.facezip"))
         assert trial.errors["pca_4" if method == "pca" else method] == pytest.approx(expected, rel=1e-4)
 
 
@@ -51,7 +50,7 @@ def test_the_table_adds_the_steps_up_and_counts_the_bytes(trial):
 @pytest.mark.parametrize("side", TABLE_1)
 def test_the_papers_memory_follows_from_the_sizes(side):
     small = (side // 8, side // 8)
-    cost = Footprint((side, side), 3, 4, EXPRESSIONS_IN_MEMORY, small)
+    cost = Footprint.of_one((side, side), 3, 4, EXPRESSIONS_IN_MEMORY, small)
     published = TABLE_1[side].megabytes
     assert cost.bytes_on_gpu / 1e6 == pytest.approx(published["paper"], abs=0.01)
     assert cost.bytes_raw / 1e6 == pytest.approx(published["raw"], abs=0.01)
@@ -114,3 +113,21 @@ def test_everything_is_in_one_document_and_the_first_size_is_the_figures():
     assert document["conditions"]["texture_sizes"] == "both made for a test"
     assert document["figure_7_masks"]["without_masks"]["refined"] == document["figure_6"]["rmse"]["refined"]
     assert document["findings"]
+    assert document["conditions"]["maps"] == "the albedo, as in the paper"
+
+
+def test_it_is_measured_on_the_albedo_of_all_tiles():
+    """Of a character with more maps: as of one that has nothing else; and as of one whose chart was never cut."""
+    whole, tiled = (random_surface(side=64, expressions=6, tiles=tiles) for tiles in ((1, 1), (2, 1)))
+    settings = Settings(masks=4, restarts=3, starts=2, mask_counts=())
+    first, alone, uncut = (
+        reproduction.reproduce([one], 1, settings, "for a test") for one in (tiled, tiled.only("albedo"), whole)
+    )
+    assert first["figure_6"] == alone["figure_6"]
+    assert first["character"]["maps"] == [{"name": "albedo", "encoding": "srgb"}]
+    assert first["conditions"]["maps"] == "the albedo, as in the paper, of all 2 tiles"
+    assert first["table_1"][0]["bytes_on_gpu"] == uncut["table_1"][0]["bytes_on_gpu"]
+    # Uniform weights do not know of tiles.
+    assert first["figure_6"]["rmse"]["pca_4"] == pytest.approx(uncut["figure_6"]["rmse"]["pca_4"], rel=0.02)
+    assert first["figure_6"]["rmse"]["paper"] == pytest.approx(uncut["figure_6"]["rmse"]["paper"], rel=0.2)
+    assert "memory" not in {finding["key"] for finding in first["findings"]}

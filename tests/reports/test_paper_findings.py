@@ -25,7 +25,7 @@ def make_document(**errors):
         }.items()
     }  # fmt: skip
     return {
-        "character": {"channels": 3},
+        "character": {"channels": 3, "tiles": [1001]},
         "conditions": {"masks": 53},
         "published": {
             "table_1": [

@@ -1,10 +1,23 @@
 """Generated shapes against the truth: what the benchmark of rigging measures."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from facezip.files.images import to_float
-from reports.paper.generated import PACKS, generate, geometry_errors, mean_errors, texture_errors
+from reports.paper.generated import (
+    PACKS,
+    figure_8,
+    generate,
+    geometry_errors,
+    mean_errors,
+    naive,
+    neutral_of,
+    texture_errors,
+)
+from reports.paper.strips import strips
+from scenes.surface import in_tiles
 from tests.facezip.rigging.case import SHAPES, make_case
 
 
@@ -19,7 +32,7 @@ def generated(case):
 
 
 def test_every_method_is_measured_on_every_shape(generated):
-    errors = texture_errors(generated, lambda shape: to_float(generated.scans.first.neutral))
+    errors = texture_errors(generated, neutral_of(generated.scans))
     assert set(errors) == {"naive", *PACKS} == set(mean_errors(errors))
     assert all(tuple(one) == SHAPES for one in errors.values())
 
@@ -33,7 +46,7 @@ def test_a_method_has_no_error_to_itself(generated):
 def test_naive_differences_give_the_scans_back(generated):
     """Equation (9) for textures: weighted sums of the naive shapes are the scans, where nothing is clipped."""
     neutral = to_float(generated.scans.first.neutral)
-    shapes = np.stack([generated.textures["naive"](name) - neutral for name in SHAPES])
+    shapes = np.stack([generated.textures["naive"](name, 1001) - neutral for name in SHAPES])
     free = ((shapes + neutral > 0) & (shapes + neutral < 1)).all(axis=0)
     again = neutral + np.tensordot(generated.rig.weights, shapes, 1)
     gap = np.abs(again - to_float(generated.scans.first.textures))[:, free]
@@ -45,3 +58,33 @@ def test_geometry_is_measured_against_the_truth(generated, case):
     errors = geometry_errors(generated.rig, case.deltas)
     assert 0 < errors["ours"] < errors["transferred"]
     assert geometry_errors(generated.rig, generated.rig.deltas)["ours"] == 0
+
+
+def test_errors_are_over_all_tiles(generated):
+    """Of a chart that is cut they are those of the whole: the naive sum knows of no tiles."""
+    scans, rig = generated.scans, generated.rig
+    cut = in_tiles(scans, 2, 1)
+    whole, parts = (
+        texture_errors(replace(generated, scans=one, textures={"naive": naive(one, SHAPES, rig)}), neutral_of(one))
+        for one in (scans, cut)
+    )
+    assert parts["naive"] == pytest.approx(whole["naive"], rel=1e-6)
+
+
+def test_a_strip_shows_the_tile_that_changes_most(generated):
+    scans = in_tiles(generated.scans, 2, 1)
+    neutral = neutral_of(scans)
+
+    def changed(tile):
+        return lambda shape, other: np.clip(neutral(shape, other) + np.float32(0.3 * (other == tile)), 0, 1)
+
+    left, right = (strips(scans, {"one": changed(tile)}, ["a"])["a"] for tile in (1001, 1002))
+    assert left != right
+
+
+def test_figure_8_is_made_on_tiles(case):
+    scans = in_tiles(case.scans, 2, 1)
+    figure = figure_8(scans, case.template, 0, None)
+    assert set(figure["pictures"]) <= set(SHAPES)
+    assert figure["columns"] == ["naive", *PACKS]
+    assert all(uri.startswith("data:image/webp") for uri in figure["pictures"].values())

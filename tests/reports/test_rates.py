@@ -8,36 +8,59 @@ import pytest
 
 from facezip.blocks.codecs import bc7, raw
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.fit.choice import whole_error
+from facezip.fit.coded import coded_afterwards
+from facezip.fit.methods import compress
 from facezip.fit.storage import Storage
+from facezip.pack.errors import model_errors
 from reports.rates import experiment
 from reports.rates.comparison import compare, envelope, in_use
-from reports.rates.families import FAMILIES, tried
+from reports.rates.families import FAMILIES, RAW, tried
 from reports.rates.points import Pack, Textures
 from reports.rates.report import write_rates_report
 from tests.facezip.conftest import random_character
+from tests.facezip.surfaces import random_surface
 from tests.reports.test_validation import Page
 
 HOSTILE = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)> {{ 7*7 }} & ]]>"
 
 
 def point(family, size, error, **more):
-    return {"family": family, "codec": "raw", "bytes_per_texel": size, "fetches": 6, "rmse": error, "seconds": 1.0,
-            "differences": 4, "weight_scale": 8} | more  # fmt: skip
+    return {"family": family, "codec": "raw", "bytes": 100 * size, "bytes_per_texel": size, "fetches": 6, "rmse": error,
+            "errors": {"albedo": {"rmse": error}}, "seconds": 1.0, "differences": 4,
+            "weight_scale": 8} | more  # fmt: skip
+
+
+WAYS = [
+    Textures("textures_astc", bc7()),
+    Pack("refined_astc", "refined", 2, 8, Storage(bc7(), weights_in_bc4=True), in_the_loop=True),
+    Pack("refined_raw", "refined", 2, 8, RAW),
+]
 
 
 @pytest.fixture(scope="module")
 def document():
-    character = replace(random_character(side=32), name=HOSTILE)
-    ways = [
-        Textures("textures_astc", bc7()),
-        Pack("refined_astc", "refined", 2, 8, Storage(bc7(), weights_in_bc4=True), in_the_loop=True),
-        Pack("refined_raw", "refined", 2, 8, Storage(raw(3))),
-    ]
+    return measured(replace(random_character(side=32), name=HOSTILE))
+
+
+@pytest.fixture(scope="module")
+def tiled():
+    """Albedo, normals and roughness on two tiles."""
+    return random_surface(side=64, expressions=5, tiles=(2, 1))
+
+
+@pytest.fixture(scope="module")
+def tiled_document(tiled):
+    return measured(tiled)
+
+
+def measured(character):
+    """A document of few ways."""
     patch = pytest.MonkeyPatch()
-    patch.setattr(experiment, "tried", lambda character, effort: ways)
-    measured = experiment.measure_rates(character, 7, "fast", 0)
+    patch.setattr(experiment, "tried", lambda character, effort: WAYS)
+    found = experiment.measure_rates(character, 7, "fast", 0)
     patch.undo()
-    return measured | {"command": HOSTILE}
+    return found | {"command": HOSTILE}
 
 
 def test_every_texture_raw_costs_its_bytes_and_has_no_error():
@@ -53,6 +76,49 @@ def test_a_coded_pack_costs_its_blocks():
     # Three textures at a byte a texel, and for every expression and slot one block of eight bytes for 4 x 4 weights.
     weights = len(character.expressions) * 2 * 8 / 32**2
     assert measured.measure(character).bytes_per_texel == pytest.approx(3 + weights)
+
+
+def test_bytes_are_those_of_all_maps_and_tiles(tiled):
+    rival = Textures("textures_bc", bc7()).measure(tiled)
+    # A byte a texel, whatever the channels: six textures of 64 x 32, and each expression's like the neutral's.
+    assert rival.bytes == 6 * 6 * 64 * 32
+    assert rival.fetches == 3 * 6
+    pack = Pack("refined_raw", "refined", 2, 8, RAW).measure(tiled)
+    assert pack.bytes == compress(tiled, differences=2).footprint.bytes_on_gpu
+    assert pack.bytes_per_texel == pack.bytes / (6 * 64 * 32)
+
+
+def test_the_error_is_one_over_all_maps_beside_those_of_each(tiled):
+    way = Pack("refined_raw", "refined", 2, 8, RAW)
+    model = coded_afterwards(compress(tiled, differences=2), RAW)
+    errors, found = model_errors(tiled, model), way.measure(tiled)
+    assert found.rmse == pytest.approx(whole_error(errors, {}))
+    assert set(found.errors) == {"albedo", "normal", "roughness"}
+    assert found.errors["roughness"] == {"rmse": pytest.approx(errors["roughness"]["rmse"])}
+    assert found.errors["normal"]["angular_error"] == pytest.approx(errors["normal"]["angular_error"])
+
+
+def test_the_rival_codes_normals_as_images(tiled):
+    """Uncompressed, 8 bits of n and not of its slopes, which would be off by degrees."""
+    found = Textures("textures_bc", raw(3)).measure(tiled).errors
+    assert 0 < found["normal"]["angular_error"] < 0.5
+    assert found["albedo"]["rmse"] < 1e-4
+
+
+def test_the_page_shows_the_error_of_each_map(tiled_document, tmp_path):
+    page = Page(write_rates_report(tiled_document, tmp_path).read_text(encoding="utf-8"))
+    words = " ".join(page.words)
+    assert "Normal, mean angle in degrees" in words
+    assert "albedo, normal and roughness together" in words
+    assert "3 maps on 2 tiles" in words
+    point = tiled_document["rounds"][0]["points"][0]
+    assert f"{point['errors']['roughness']['rmse']:.2f}" in page.words
+
+
+def test_an_albedo_alone_has_one_error(document, tmp_path):
+    for one in document["rounds"]:
+        assert all(point["rmse"] == pytest.approx(point["errors"]["albedo"]["rmse"]) for point in one["points"])
+    assert "together" not in write_rates_report(document, tmp_path).read_text(encoding="utf-8")
 
 
 def test_an_envelope_is_what_nothing_cheaper_beats():
@@ -73,21 +139,23 @@ def test_the_comparison_never_costs_more_than_the_rival():
     assert in_use(rows) == rows[:1]
 
 
-def test_blends_lie_between_the_expressions_and_keep_them():
-    character = random_character(side=32)
+@pytest.mark.parametrize("character", [random_character(side=32), random_surface(side=32, tiles=(2, 1))])
+def test_blends_lie_between_the_expressions_and_keep_them(character):
     count = len(character.expressions)
     more = experiment.with_blends(character, count + 4, seed=1)
-    assert np.array_equal(more.textures[:count], character.first.textures)
-    assert np.all(more.textures[count:] <= character.first.textures.max(axis=0))
-    assert np.all(more.textures[count:] >= character.first.textures.min(axis=0))
-    assert len(set(more.expressions)) == len(more.textures) == len(more.vertices) == count + 4
+    for key, stack in character.stacks.items():
+        textures = more.stacks[key].textures
+        assert np.array_equal(textures[:count], stack.textures)
+        assert np.all(textures[count:] <= stack.textures.max(axis=0))
+        assert np.all(textures[count:] >= stack.textures.min(axis=0))
+        assert len(set(more.expressions)) == len(textures) == len(more.meshes.vertices) == count + 4
     with pytest.raises(FaceZipError) as caught:
         experiment.with_blends(character, count, seed=1)
     assert caught.value.code is ErrorCode.BAD_VALUE
 
 
 def test_only_ranks_and_scales_that_a_character_allows_are_tried():
-    few = random_character(side=32, expressions=2)
+    few = random_surface(side=32, expressions=2)
     for way in tried(few, "fast"):
         assert way.family in FAMILIES
         assert isinstance(way, Textures) or way.differences <= 2

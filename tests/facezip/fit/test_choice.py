@@ -1,11 +1,18 @@
+from math import radians, sqrt
+
+import numpy as np
 import pytest
 
 from facezip import ErrorCode, FaceZipError, choose, compress
-from facezip.fit.choice import Choice
+from facezip.character.loading import save_character
+from facezip.character.maps import KNOWN
+from facezip.fit.choice import Choice, whole_error
+from facezip.fit.pipeline import Request, compress_into
 from facezip.fit.settings import WEIGHT_SCALES
-from facezip.pack.errors import mean_rmse, model_errors
-from facezip.pack.quantise import dequantise, quantise
+from facezip.pack.errors import albedo_errors, mean_rmse, model_errors, texture_errors
+from facezip.pack.quantise import quantise
 from tests.facezip.conftest import random_character
+from tests.facezip.surfaces import random_surface
 
 
 @pytest.fixture(scope="module")
@@ -20,8 +27,8 @@ def every(person):
     for differences in range(1, 7):
         for scale in WEIGHT_SCALES:
             model = compress(person, differences=differences, weight_scale=scale)
-            back = dequantise(quantise(model), model.expressions, model.method, None)
-            table[differences, scale] = mean_rmse(model_errors(person, back)), model.footprint.bytes_on_gpu
+            error = mean_rmse(albedo_errors(person, quantise(model)))
+            table[differences, scale] = error, model.footprint.bytes_on_gpu
     return table
 
 
@@ -36,6 +43,7 @@ def test_a_target_is_met_with_the_least_memory_of_all(person, every, quantile):
     choice = choose(person, target_rmse=target)
     assert choice.trial.rmse <= target
     assert choice.trial.bytes_on_gpu == min(cost for error, cost in every.values() if error <= target)
+    assert choice.trial.rmse == pytest.approx(every[settings(choice)][0])
     assert len(choice.tried) <= 6 + len(WEIGHT_SCALES)
 
 
@@ -77,3 +85,94 @@ def test_limits_that_are_none_are_refused(person, limits):
     with pytest.raises(FaceZipError) as error:
         choose(person, **limits)
     assert error.value.code == ErrorCode.BAD_VALUE
+
+
+@pytest.fixture(scope="module")
+def surface():
+    """Albedo, normals and roughness on two tiles."""
+    return random_surface(side=64, expressions=4, tiles=(2, 1))
+
+
+WEIGHTS = {"normal": 3.0, "roughness": 0.5}
+
+
+@pytest.fixture(scope="module")
+def all_of_it(surface):
+    """Error over all maps and memory of every combination there is, where normals count most."""
+    table = {}
+    for differences in range(1, 5):
+        for scale in WEIGHT_SCALES:
+            model = compress(surface, differences=differences, weight_scale=scale, map_weights=WEIGHTS)
+            error = whole_error(model_errors(surface, quantise(model)), WEIGHTS)
+            table[differences, scale] = error, model.footprint.bytes_on_gpu
+    return table
+
+
+@pytest.mark.parametrize("quantile", [0.2, 0.6])
+def test_a_target_is_one_of_all_maps_and_tiles(surface, all_of_it, quantile):
+    target = sorted(error for error, _ in all_of_it.values())[int(quantile * len(all_of_it))]
+    choice = choose(surface, target_rmse=target, map_weights=WEIGHTS)
+    assert choice.trial.rmse <= target
+    assert choice.trial.bytes_on_gpu == min(cost for error, cost in all_of_it.values() if error <= target)
+    assert choice.trial.bytes_on_gpu == choice.model.footprint.bytes_on_gpu
+
+
+@pytest.mark.parametrize("quantile", [0.3, 0.7])
+def test_a_budget_is_one_of_all_maps_and_tiles(surface, all_of_it, quantile):
+    budget = sorted(cost for _, cost in all_of_it.values())[int(quantile * len(all_of_it))]
+    choice = choose(surface, budget_bytes=budget, map_weights=WEIGHTS)
+    least = min(error for error, cost in all_of_it.values() if cost <= budget)
+    assert choice.trial.rmse == pytest.approx(least)
+    assert choice.model.footprint.bytes_on_gpu == choice.trial.bytes_on_gpu <= budget
+
+
+def test_what_counts_more_has_less_of_the_error(surface):
+    """Of the same memory: where normals count for nearly nothing, theirs is larger."""
+    budget = compress(surface, differences=2).footprint.bytes_on_gpu
+    errors = []
+    for weight in (1e-3, 1e3):
+        model = choose(surface, budget_bytes=budget, map_weights={"normal": weight}).model
+        errors.append(model_errors(surface, model)["normal"]["angular_error_rms"])
+    assert errors[1] < 0.9 * errors[0]
+
+
+def test_the_error_of_one_map_is_its_own_whatever_its_weight(person):
+    errors = model_errors(person, compress(person, differences=2))
+    assert whole_error(errors, {"albedo": 7.0}) == pytest.approx(errors["albedo"]["rmse"])
+
+
+def test_the_error_of_all_maps_is_their_weighted_mean_square():
+    errors = {"albedo": {"rmse": 1.0}, "roughness": {"rmse": 3.0}, "normal": {"angular_error_rms": 1.0}}
+    normal = radians(1) * 255 / (2 * sqrt(3))
+    assert whole_error(errors, {}) == pytest.approx(sqrt((1 + 9 + normal**2) / 3))
+    assert whole_error(errors, {"roughness": 2.0}) == pytest.approx(sqrt((1 + 2 * 9 + normal**2) / 4))
+
+
+def test_small_angles_count_as_the_bytes_of_a_normal_map(surface):
+    """An image (n + 1) / 2 that is off by an angle is off by so much, in the root mean square of its channels."""
+    kind, rng = KNOWN["normal"], np.random.default_rng(0)
+    slopes = surface.only("normal")
+
+    def moved(name, key):
+        texels = slopes.texels(name, key)
+        return (texels + rng.normal(0, 60, texels.shape)).astype(np.uint16)
+
+    texels = {(name, key): moved(name, key) for name in slopes.expressions for key in slopes.stacks}
+    errors = texture_errors(slopes, lambda name, key: texels[name, key])
+    squares = [
+        np.mean((kind.decode(some) - kind.decode(slopes.texels(*place))) ** 2) * (255 / 2) ** 2
+        for place, some in texels.items()
+    ]
+    assert whole_error(errors, {}) == pytest.approx(sqrt(np.mean(squares)), rel=1e-3)
+
+
+def test_a_pack_says_what_was_chosen_and_keeps_to_the_target(surface, tmp_path):
+    save_character(surface, tmp_path / "scans")
+    request = Request(target_rmse=6.0, map_weights=WEIGHTS)
+    document = compress_into(tmp_path / "scans", tmp_path / "a.facezip", request)
+    tried = document["choice"]["tried"]
+    chosen = {key: document[key] for key in ("differences", "weight_scale", "bytes_on_gpu")}
+    assert whole_error(document["errors"], WEIGHTS) <= 6.0
+    assert chosen in [{key: trial[key] for key in chosen} for trial in tried]
+    assert document["made_with"]["target_rmse"] == 6.0
+    assert document["made_with"]["map_weights"] == WEIGHTS

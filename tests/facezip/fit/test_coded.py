@@ -1,15 +1,22 @@
+"""Fits with a codec in the loop: better than coding afterwards, and of every map on every tile."""
+
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from facezip.blocks.codecs import astc, bc7, raw
+from facezip.character.maps import KNOWN, angles, normals_of
+from facezip.files.images import to_float
+from facezip.fit.choice import whole_error
 from facezip.fit.coded import coded_afterwards, fit_coded
 from facezip.fit.methods import compress
 from facezip.fit.storage import Storage
-from facezip.pack.errors import mean_rmse, texture_errors
+from facezip.pack.errors import albedo_errors, mean_rmse, model_errors
+from facezip.pack.model import Part
 from facezip.pack.quantise import quantise
-from tests.facezip.conftest import random_character, random_model
+from tests.facezip.conftest import ALBEDO_KEY, one_part, random_character, random_model
+from tests.facezip.surfaces import random_surface
 
 ASTC = Storage(astc((6, 6), "fast"), weights_in_bc4=True)
 
@@ -19,8 +26,14 @@ def character():
     return random_character(seed=4, expressions=9, side=48)
 
 
+@pytest.fixture(scope="module")
+def tiled():
+    """Albedo, normals and roughness on two tiles."""
+    return random_surface(seed=4, side=96, expressions=9, tiles=(2, 1))
+
+
 def rmse(character, model):
-    return mean_rmse(texture_errors(character, model.reconstruct))
+    return mean_rmse(albedo_errors(character, model))
 
 
 @pytest.mark.parametrize("block", [(4, 4), (8, 8)])
@@ -33,29 +46,70 @@ def test_a_fit_with_the_codec_in_the_loop_beats_coding_afterwards(character, blo
     )
 
 
+def test_the_loop_gains_over_all_maps_and_tiles(tiled):
+    refined = compress(tiled, differences=3, weight_scale=4)
+    loop, after = (
+        whole_error(model_errors(tiled, model), {})
+        for model in (fit_coded(tiled, 3, 4, ASTC), coded_afterwards(refined, ASTC))
+    )
+    assert loop < 0.9 * after
+
+
+def test_neutrals_are_what_the_codec_gives_back_of_the_scans(tiled):
+    model = fit_coded(tiled, 2, 4, ASTC, alternations=1)
+    for (name, tile), stack in tiled.stacks.items():
+        expected = ASTC.neutral(to_float(stack.neutral), KNOWN[name])
+        np.testing.assert_array_equal(model.parts[name, tile].neutral, expected)
+        assert model.weights[tile].shape == (9, 24, 12, 2)
+
+
+@pytest.mark.parametrize("codec", [raw(3), bc7(), astc((4, 4), "fast")])
+def test_normals_are_coded_as_the_images_that_they_are_and_not_as_slopes(codec):
+    """As slopes, which span 20, they would have steps of 0.08."""
+    y, x = np.mgrid[:32, :32] / np.float32(8)
+    normals = normals_of(np.stack([0.3 * np.sin(x), 0.3 * np.cos(y)], axis=2).astype(np.float32))
+    kind = KNOWN["normal"]
+    texels = kind.encode(normals)
+    back, slopes = Storage(codec).neutral(texels, kind), np.rint(texels * 255) / np.float32(255)
+    errors = [angles(kind.decode(some), normals).mean() for some in (back, slopes)]
+    assert errors[0] < 0.6 * errors[1]
+
+
 def test_it_is_the_same_every_time(character):
     one, other = fit_coded(character, 2, 4, ASTC), fit_coded(character, 2, 4, ASTC)
-    np.testing.assert_array_equal(one.differences, other.differences)
-    np.testing.assert_array_equal(one.weights, other.weights)
+    np.testing.assert_array_equal(one.parts[ALBEDO_KEY].differences, other.parts[ALBEDO_KEY].differences)
+    np.testing.assert_array_equal(one.weights[1001], other.weights[1001])
 
 
 def test_no_more_differences_than_expressions(character):
-    few = replace(character, expressions=character.expressions[:2], textures=character.first.textures[:2])
-    assert len(fit_coded(few, 4, 8, ASTC).differences) == 2
+    stacks = {ALBEDO_KEY: replace(character.first, textures=character.first.textures[:2])}
+    few = replace(character, expressions=character.expressions[:2], stacks=stacks)
+    assert fit_coded(few, 4, 8, ASTC).footprint.differences == 2
 
 
 def test_raw_storage_is_that_of_a_pack():
     model = random_model()
-    maps = quantise(model)
     stored = coded_afterwards(model, Storage(raw(3)))
-    steps = (maps.difference_scale / 255)[:, None, None]
-    np.testing.assert_allclose(stored.differences, (maps.differences.astype(np.float32) - 128) * steps, atol=1e-6)
-    np.testing.assert_allclose(stored.neutral, maps.neutral / 255, atol=1e-7)
+    read = quantise(model).dequantised()
+    np.testing.assert_allclose(stored.parts[ALBEDO_KEY].differences, read.parts[ALBEDO_KEY].differences, atol=1e-6)
+    np.testing.assert_allclose(stored.parts[ALBEDO_KEY].neutral, read.parts[ALBEDO_KEY].neutral, atol=1e-7)
+    np.testing.assert_allclose(stored.weights[1001], read.weights[1001], atol=1e-6)
+
+
+def test_raw_storage_of_all_maps_is_that_of_a_pack(tiled):
+    model = compress(tiled, differences=2)
+    stored, read = coded_afterwards(model, Storage(raw(3))), quantise(model).dequantised()
+    for key, part in stored.parts.items():
+        np.testing.assert_allclose(part.neutral, read.parts[key].neutral, atol=2e-6)
+        np.testing.assert_allclose(part.differences, read.parts[key].differences, atol=1e-6)
 
 
 def test_bytes_are_those_of_all_maps():
     model = random_model(size=(24, 40), weights=(3, 5), slots=5, expressions=3)
     assert Storage(raw(3)).bytes_of(model) == 6 * 24 * 40 * 3 + 3 * 15 * 8
     assert Storage(bc7(), weights_in_bc4=True).bytes_of(model) == 6 * 24 * 40 + 3 * 5 * 2 * 8
-    uniform = replace(model, weights=model.weights[:, :1, :1])
+    # Uncompressed, a texture costs the channels that it has.
+    grey = one_part(Part(np.zeros((8, 8, 1), np.float32), np.zeros((2, 8, 8, 1), np.float32)), model.weights[1001])
+    assert Storage(raw(3)).bytes_of(grey) == grey.footprint.bytes_on_gpu
+    uniform = replace(model, weights={tile: maps[:, :1, :1] for tile, maps in model.weights.items()})
     assert Storage(raw(3)).bytes_of(uniform) == 6 * 24 * 40 * 3

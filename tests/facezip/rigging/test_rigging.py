@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.machine import memory
 from facezip.rigging.fit import fit_rig
 from facezip.rigging.frames import Integrator, edges, frames, inverse_frames
 from facezip.rigging.poses import pose_weights
@@ -122,3 +124,9 @@ def test_the_unit_of_the_meshes_does_not_matter(case, rig):
     millimetres = fit(case, 10.0)
     assert np.allclose(millimetres.weights, rig.weights, atol=1e-3)
     assert np.allclose(millimetres.deltas, 10 * rig.deltas, atol=1e-2)
+
+
+def test_a_limit_of_memory_that_meshes_do_not_fit_in_names_the_least_that_works(case, tmp_path):
+    with memory.limited(memory.LEAST, tmp_path), pytest.raises(FaceZipError, match=r"need \d+M at least") as refusal:
+        fit(case)
+    assert refusal.value.code is ErrorCode.BAD_VALUE

@@ -1,17 +1,20 @@
 """Weight maps of generated shapes: constraint (10), sparsity in place, and packs that blend."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.fit.methods import compress
+from facezip.pack.model import Part
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
 from facezip.rigging.activity import activity
 from facezip.rigging.fit import fit_rig
 from facezip.rigging.rigged import MAPS, rigged
-from facezip.rigging.weightmaps import DAMPINGS, Examples, GeometryAware, pseudo_inverse
-from tests.facezip.rigging.case import SHAPES, make_case
+from facezip.rigging.weightmaps import DAMPINGS, Examples, GeometryAware, best_damping, pseudo_inverse
+from tests.facezip.rigging.case import SHAPES, make_case, with_maps
 
 SIZE = (6, 8)
 
@@ -43,44 +46,63 @@ def rig(case):
     return fit_rig(scans.meshes.neutral, moved, scans.meshes.topology.faces, template.neutral, template.deltas)
 
 
+def geometry_aware(example_weights, moving):
+    """On a single tile."""
+    return GeometryAware.on(Examples.of(example_weights), {1001: moving})[1001]
+
+
 def test_pseudo_inverse_gives_the_scans_maps_back(example_weights, weights):
     generated = pseudo_inverse(weights, Examples.of(example_weights))
     assert np.allclose(np.tensordot(example_weights, generated, 1), weights, atol=1e-5)
 
 
 def test_geometry_aware_gives_the_scans_maps_back_without_damping(example_weights, weights, moving):
-    generated = GeometryAware(Examples.of(example_weights), moving).maps(weights, 0.0)
+    generated = geometry_aware(example_weights, moving).maps(weights, 0.0)
     assert np.allclose(np.tensordot(example_weights, generated, 1), weights, atol=1e-4)
 
 
 def test_equal_activity_is_the_pseudo_inverse(example_weights, weights, moving):
-    examples = Examples.of(example_weights)
-    generated = GeometryAware(examples, np.ones_like(moving)).maps(weights, 0.0)
-    assert np.allclose(generated, pseudo_inverse(weights, examples), atol=1e-4)
+    generated = geometry_aware(example_weights, np.ones_like(moving)).maps(weights, 0.0)
+    assert np.allclose(generated, pseudo_inverse(weights, Examples.of(example_weights)), atol=1e-4)
 
 
 def test_a_shape_that_moves_nothing_gets_nothing(example_weights, weights, moving):
     moving[..., 3] = 0
-    generated = GeometryAware(Examples.of(example_weights), moving).maps(weights, 0.1)
+    generated = geometry_aware(example_weights, moving).maps(weights, 0.1)
     assert np.abs(generated[3]).max() < 1e-2 * np.abs(generated).max()
 
 
 def test_more_damping_makes_smaller_maps(example_weights, weights, moving):
-    aware = GeometryAware(Examples.of(example_weights), moving)
+    aware = geometry_aware(example_weights, moving)
     sizes = [np.abs(aware.maps(weights, damping)).mean() for damping in (0.0, *DAMPINGS)]
     assert sizes == sorted(sizes, reverse=True)
+
+
+def scans_of(example_weights, moving, noise):
+    """Weight maps of scans that shapes explain where they move, and noise."""
+    rng = np.random.default_rng(3)
+    true = moving.transpose(2, 0, 1)[..., None] * rng.standard_normal(4)
+    clean = np.tensordot(example_weights, true, 1)
+    return (clean + noise * rng.standard_normal(clean.shape)).astype(np.float32)
 
 
 @pytest.mark.parametrize(("noise", "least", "most"), [(0.0, DAMPINGS[0], DAMPINGS[0]), (50.0, 1.0, DAMPINGS[-1])])
 def test_damping_grows_with_the_noise_of_the_scans(moving, noise, least, most):
     """Maps that shapes explain need the least, maps of noise much."""
-    rng = np.random.default_rng(3)
-    example_weights = rng.uniform(0, 1, (12, 3))
-    true = moving[..., :3].transpose(2, 0, 1)[..., None] * rng.standard_normal(4)
-    clean = np.tensordot(example_weights, true, 1)
-    aware = GeometryAware(Examples.of(example_weights), moving[..., :3])
-    chosen = aware.best_damping((clean + noise * rng.standard_normal(clean.shape)).astype(np.float32), np.ones(4))
-    assert least <= chosen <= most
+    example_weights = np.random.default_rng(3).uniform(0, 1, (12, 3))
+    aware = GeometryAware.on(Examples.of(example_weights), {1001: moving[..., :3]})
+    scans = {1001: scans_of(example_weights, moving[..., :3], noise)}
+    assert least <= best_damping(aware, scans, {1001: np.ones(4)}) <= most
+
+
+@pytest.mark.parametrize(("counts", "chosen"), [((1.0, 0.0), DAMPINGS[0]), ((0.0, 1.0), DAMPINGS[-1])])
+def test_the_damping_is_chosen_over_all_tiles_by_what_their_errors_count(moving, counts, chosen):
+    """The second tile holds noise alone."""
+    example_weights = np.random.default_rng(3).uniform(0, 1, (12, 3))
+    aware = GeometryAware.on(Examples.of(example_weights), dict.fromkeys((1001, 1002), moving[..., :3]))
+    scans = {tile: scans_of(example_weights, moving[..., :3], noise) for tile, noise in ((1001, 0.0), (1002, 500.0))}
+    importance = {tile: np.full(4, count) for tile, count in zip(scans, counts, strict=True)}
+    assert best_damping(aware, scans, importance) == chosen
 
 
 def test_scans_that_are_alike_are_cut_and_reported(example_weights, weights):
@@ -99,19 +121,67 @@ def test_activity_is_where_a_shape_moves(case):
     assert rows[1] > 9
 
 
+def test_tiles_are_damped_alike(example_weights, weights, moving):
+    """A place gets the same maps whether its tile is the whole chart or a part of it: nothing breaks at a border."""
+    parts = {1001: slice(0, 3), 1002: slice(3, None)}
+    aware = GeometryAware.on(Examples.of(example_weights), {tile: moving[rows] for tile, rows in parts.items()})
+    whole = geometry_aware(example_weights, moving).maps(weights, 0.3)
+    for tile, rows in parts.items():
+        found = aware[tile].maps(np.ascontiguousarray(weights[:, rows]), 0.3)
+        np.testing.assert_allclose(found, whole[:, rows], atol=1e-5)
+
+
+@pytest.fixture(scope="module")
+def tiled(case):
+    """The same scans with three maps on two tiles, compressed."""
+    scans = with_maps(case.scans, (2, 1))
+    return scans, compress(scans, differences=3)
+
+
 @pytest.mark.parametrize("maps", MAPS)
-def test_a_rigged_pack_holds_the_shapes_and_blends_them(case, rig, maps, tmp_path):
-    made = rigged(compress(case.scans), rig, SHAPES, maps).model
+def test_a_rigged_pack_holds_the_shapes_and_blends_them(case, rig, tiled, maps, tmp_path):
+    made = rigged(tiled[1], rig, SHAPES, maps).model
     write_pack(made, tmp_path / "sheet.facezip")
     model = read_pack(tmp_path / "sheet.facezip")
     assert model.expressions == SHAPES
-    assert np.array_equal(model.meshes.deltas, rig.deltas)
-    # Equation (12), spelled out, where nothing is clipped.
-    blend, brow, jaw = (model.blend(one) for one in ({"brow": 0.5, "jaw": 0.25}, {"brow": 1.0}, {"jaw": 1.0}))
-    free = np.logical_and.reduce([(texture > 0) & (texture < 1) for texture in (blend, brow, jaw)])
-    expected = model.neutral + 0.5 * (brow - model.neutral) + 0.25 * (jaw - model.neutral)
-    assert free.mean() > 0.5
-    assert np.allclose(blend[free], expected[free], atol=1e-5)
+    size = np.ptp(model.meshes.neutral, axis=0).max()
+    np.testing.assert_allclose(model.meshes.deltas, rig.deltas, atol=2e-5 * size)
+    assert set(model.parts) == set(tiled[0].stacks)
+    for key, part in model.parts.items():
+        # Equation (12), spelled out, where nothing is clipped.
+        blend, brow, jaw = (model.texels(one, key) for one in ({"brow": 0.5, "jaw": 0.25}, {"brow": 1}, {"jaw": 1}))
+        free = np.logical_and.reduce([(texture > 0) & (texture < 1) for texture in (blend, brow, jaw)])
+        expected = part.neutral + 0.5 * (brow - part.neutral) + 0.25 * (jaw - part.neutral)
+        assert free.mean() > 0.5
+        assert np.allclose(blend[free], expected[free], atol=1e-5)
+
+
+def test_shapes_that_mix_as_a_scan_does_give_all_its_maps_back(rig, tiled):
+    """Equation (10) on every map and tile: undamped, a scan is the blend of what it is made of."""
+    scans, model = tiled
+    made = rigged(model, rig, SHAPES, "pseudo-inverse").model
+    for n, name in enumerate(scans.expressions):
+        blend = dict(zip(SHAPES, rig.weights[n].tolist(), strict=True))
+        for key in scans.stacks:
+            np.testing.assert_allclose(made.texels(blend, key), model.texels({name: 1.0}, key), atol=2e-3)
+
+
+def test_how_a_chart_is_cut_changes_nothing_away_from_the_cut(case, rig):
+    """At the cut, activity is smoothed within each tile."""
+    model = compress(case.scans)
+    half = {tile: model.weights[1001][:, :, columns] for tile, columns in ((1001, slice(0, 4)), (1002, slice(4, 8)))}
+    cut = with_maps(case.scans, (2, 1)).only("albedo")
+    halves = {
+        key: Part(*(np.split(values, 2, axis=-2)[key[1] - 1001] for values in (part.neutral, part.differences)))
+        for key in cut.stacks
+        for part in model.parts.values()
+    }
+    other = replace(model, parts=halves, weights=half, meshes=cut.meshes)
+    whole, parts = (rigged(some, rig, SHAPES) for some in (model, other))
+    assert whole.damping == parts.damping
+    joined = np.concatenate([parts.model.weights[tile] for tile in (1001, 1002)], axis=2)
+    gap = np.abs(joined - whole.model.weights[1001]).max(axis=(0, 1, 3))
+    assert gap[[0, 1, -2, -1]].max() < 0.05 * np.abs(joined).max()
 
 
 def test_a_weight_that_is_no_number_and_a_shape_that_is_unknown_are_named(case, rig):

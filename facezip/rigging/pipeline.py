@@ -1,0 +1,111 @@
+"""The rig as one call: load scans and a template, fit the shapes, compress, and write shapes, pack and record."""
+
+import json
+from dataclasses import asdict, dataclass
+from math import isfinite
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from facezip.character.loading import load_character
+from facezip.character.scans import NEUTRAL, Character
+from facezip.files.obj import write_obj
+from facezip.files.writing import whole_folder
+from facezip.fit.methods import compress
+from facezip.fit.settings import Settings, made_with
+from facezip.machine.progress import track
+from facezip.pack.facts import pack_facts
+from facezip.pack.parsing import read_manifest
+from facezip.pack.verification import is_pack
+from facezip.pack.write import write_pack
+from facezip.rigging.fit import Rig, fit_rig
+from facezip.rigging.originals import RIG
+from facezip.rigging.rigged import MAPS, rigged
+from facezip.rigging.template import Template, load_template
+from facezip.rigging.weightmaps import Examples
+
+SHAPES = "shapes"
+FORMAT = "facezip-rig/1"
+
+
+@dataclass(frozen=True)
+class RigRequest:
+    """How textures are compressed, how shapes get weight maps (one of ``MAPS``), and the seed of what is random."""
+
+    method: str = "refined"
+    maps: str = MAPS[0]
+    seed: int = 0
+
+
+def rig_into(
+    character: Path, template: Path, output: Path, request: RigRequest, overwrite: bool = False
+) -> dict[str, Any]:
+    """Write ``shapes/``, the pack of the shapes with all maps of the scans, and ``rig.json``; returns what that holds.
+
+    Raises
+    ------
+    FaceZipError
+        For what is wrong with scans or template, and ``CANNOT_WRITE``.
+    """
+    begin = perf_counter()
+    scans = load_character(character)
+    wanted = load_template(template, scans.meshes.topology)
+    started = perf_counter()
+    meshes = scans.meshes
+    rig = fit_rig(meshes.neutral, meshes.deltas, meshes.topology.faces, wanted.neutral, wanted.deltas)
+    seconds = {"rig": perf_counter() - started}
+    made = rigged(compress(scans, request.method, seed=request.seed), rig, wanted.shapes, request.maps)
+    with whole_folder(output, overwrite, is_rig) as folder:
+        _write_shapes(folder / SHAPES, scans, wanted, rig)
+        pack = folder / f"{scans.name}.facezip"
+        stated = made_with(request.method, asdict(Settings(seed=request.seed)))
+        stated |= {"maps": request.maps, "rig": template.name}
+        write_pack(made.model, pack, name=scans.name, made_with=stated)
+        seconds["total"] = perf_counter() - begin
+        document = _describe(scans, wanted, rig) | {
+            "pack": {"path": str(output / pack.name), **pack_facts(pack, read_manifest(pack))},
+            "settings": asdict(request),
+            "damping": made.damping,
+            "seconds": {step: round(value, 3) for step, value in seconds.items()},
+        }
+        (folder / RIG).write_text(json.dumps(document, indent=1, allow_nan=False), encoding="utf-8")
+    return document
+
+
+def is_rig(folder: Path) -> bool:
+    """Whether a folder is what :func:`rig_into` writes."""
+    return (folder / RIG).is_file() and any(is_pack(path) for path in folder.glob("*.facezip"))
+
+
+def _write_shapes(folder: Path, scans: Character, wanted: Template, rig: Rig) -> None:
+    folder.mkdir()
+    write_obj(folder / f"{NEUTRAL}.obj", scans.meshes.neutral, scans.meshes.topology)
+    for name, delta in track(zip(wanted.shapes, rig.deltas, strict=True), "Writing the shapes", len(wanted.shapes)):
+        write_obj(folder / f"{name}.obj", scans.meshes.neutral + delta, scans.meshes.topology)
+
+
+def _describe(scans: Character, wanted: Template, rig: Rig) -> dict[str, Any]:
+    """The rig without its meshes, in plain data; lengths in the unit of the meshes."""
+    examples = Examples.of(rig.weights)
+    sizes = (scans.meshes.deltas**2).sum(axis=2).mean(axis=1) ** 0.5
+    names = scans.expressions
+    return {
+        "format": FORMAT,
+        "character": scans.facts,
+        "shapes": list(wanted.shapes),
+        "example_weights": {
+            name: {shape: round(float(value), 4) for shape, value in zip(wanted.shapes, row, strict=True) if value > 0}
+            for name, row in zip(names, rig.weights, strict=True)
+        },
+        "fit": {
+            name: {"rms_left": float(left), "rms_displacement": float(size)}
+            for name, left, size in zip(names, rig.residuals, sizes, strict=True)
+        },
+        "evidence": {
+            shape: {"determined": round(float(share), 4), "largest_weight": round(float(weight), 4)}
+            for shape, share, weight in zip(wanted.shapes, rig.determined, rig.weights.max(axis=0), strict=True)
+        },
+        "unseen_shapes": [shape for shape, used in zip(wanted.shapes, rig.seen, strict=True) if not used],
+        "condition": examples.condition if isfinite(examples.condition) else None,
+        "rank": len(examples.weights),
+    }
