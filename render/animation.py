@@ -13,8 +13,9 @@ from facezip.rigging.originals import Originals
 from facezip.rigging.sequences import Pose
 from render.llvm import start
 from render.metrics import UNITS, Picture, compare, display, head_crop
-from render.paired import Images, PairedRenderer, upload
+from render.paired import Images, PairedRenderer
 from render.settings import Settings
+from render.skins import SkinMaps, upload
 from scenes.cameras import frame_of
 
 FORMAT = "facezip-animation/1"
@@ -64,7 +65,8 @@ def animate(
     for pose in track(frames, "Rendering the animation", len(frames)):
         textures = originals.texture(pose.weights), compressed({**pose.weights})
         renderer.pose(originals.vertices(pose.weights))
-        images.append(renderer.render([upload(one) for one in textures], view, light, settings.spp, settings.seed))
+        skins = [upload(SkinMaps(one)) for one in textures]
+        images.append(renderer.render(skins, view, light, settings.spp, settings.seed))
         measured = {"texture_rmse": _texture_rmse(*textures, originals.character.mask), **_measured(images[-1])}
         found.append({"frame": len(found), "pose": pose.name, "weights": {**pose.weights}, **measured})
     document = {

@@ -9,7 +9,7 @@ from facezip.character.scans import Character
 from facezip.machine.progress import task
 from render.importance import Sight
 from render.metrics import display, image_rmse
-from render.paired import upload
+from render.skins import SkinMaps, upload
 
 Textures = Callable[[str], NDArray[np.float32]]
 
@@ -29,9 +29,9 @@ def image_errors(character: Character, candidates: Sequence[Textures], sight: Si
     with task("Rendering", shape[1] * shape[2]) as advance:
         for n, name in enumerate(character.expressions):
             renderer.pose(character.mesh_vertices(name))
-            maps = [upload(texture(name)) for texture in (character.texture, *candidates)]
+            skins = [upload(SkinMaps(texture(name))) for texture in (character.texture, *candidates)]
             for i, (view, rig) in enumerate(sight.looks):
-                images = renderer.render(maps, view, rig, sight.spp, sight.seed)
+                images = renderer.render(skins, view, rig, sight.spp, sight.seed)
                 original, *others = display(images.linear[:, images.coverage >= 0.5])
                 errors[:, n, i] = [image_rmse(original, other) for other in others]
                 advance()

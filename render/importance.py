@@ -28,6 +28,7 @@ from facezip.files.images import decode_srgb
 from facezip.machine.progress import task
 from render.operator import ImageOperator, image_operator
 from render.paired import PairedRenderer
+from render.skins import SkinMaps
 from scenes.cameras import View, frame_of
 
 # Of the mean weight: what a texel counts that no camera of the set sees. Others may.
@@ -65,8 +66,9 @@ class Sight:
     def operators(self, character: Character, renderer: PairedRenderer, expression: str) -> Iterator[ImageOperator]:
         """The operator of every look at an expression, in their order."""
         renderer.pose(character.mesh_vertices(expression))
+        maps = SkinMaps(character.texture(expression))
         for view, rig in self.looks:
-            yield image_operator(renderer, character.resolution, view, rig, self.spp, self.seed)
+            yield image_operator(renderer, maps, view, rig, self.spp, self.seed)
 
 
 def seen_importance(character: Character, sight: Sight) -> NDArray[np.float32]:

@@ -23,7 +23,7 @@ from facezip.pack.version_1 import is_pack
 from facezip.pack.version_2 import read_surface
 
 if TYPE_CHECKING:
-    from render.skins import Texture
+    from render.skins import SkinMaps
     from render.validation import Candidate
 
 # Gives a map on a tile for an expression: values, as of MapKind.
@@ -35,7 +35,7 @@ def staged_character(surface: Surface) -> Character:
     return replace(surface.whole, topology=Atlas.of(surface.tiles).topology(surface.topology))
 
 
-def staged_original(surface: Surface) -> "Callable[[str], Texture]":
+def staged_original(surface: Surface) -> "Callable[[str], SkinMaps]":
     """What is rendered of the scans, by the name of an expression or ``neutral``."""
 
     def values(kind: MapKind, tile: int, name: str) -> NDArray[np.float32]:
@@ -80,15 +80,14 @@ def _of_model(model: CompressedSurface) -> Values:
     return values
 
 
-def _skin(surface: Surface, values: Values) -> "Callable[[str], Texture]":
+def _skin(surface: Surface, values: Values) -> "Callable[[str], SkinMaps]":
     from render.skins import RENDERED, SkinMaps
 
     atlas, kinds = Atlas.of(surface.tiles), [kind for kind in surface.maps if kind.name in RENDERED]
 
-    def skin(name: str) -> "Texture":
+    def skin(name: str) -> "SkinMaps":
         joined = {kind.name: atlas.joined({tile: values(kind, tile, name) for tile in surface.tiles}) for kind in kinds}
-        # One light path shades any number of albedos at the price of one.
-        return SkinMaps(**joined) if len(joined) > 1 else np.clip(joined[ALBEDO], 0, 1)
+        return SkinMaps(**joined)
 
     return skin
 

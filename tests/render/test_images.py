@@ -6,7 +6,8 @@ After a change that is meant to be seen: `pytest tests/render/test_images.py --f
 import pytest
 
 from facezip.fit.methods import compress
-from render.paired import PairedRenderer, upload
+from render.paired import PairedRenderer
+from render.skins import SkinMaps, upload
 from scenes.cameras import VIEWS, frame_of
 from scenes.character import make_character
 from scenes.lights import RIGS
@@ -33,11 +34,11 @@ def renderers(scans):
 @pytest.mark.parametrize("rig", list(RIGS))
 @pytest.mark.parametrize("material", list(MATERIALS))
 def test_rigs_and_materials_look_as_they_did(facezip_image, scans, renderers, material, rig):
-    texture = upload(scans.texture(EXPRESSION))
-    facezip_image(lambda seed: renderers[material].render([texture], VIEWS[0], rig, SPP, seed).linear[0])
+    skin = upload(SkinMaps(scans.texture(EXPRESSION)))
+    facezip_image(lambda seed: renderers[material].render([skin], VIEWS[0], rig, SPP, seed).linear[0])
 
 
 @pytest.mark.parametrize("method", ["paper", "refined"])
 def test_the_pipeline_gives_what_it_gave(facezip_image, scans, renderers, method):
-    texture = upload(compress(scans, method=method).reconstruct(EXPRESSION))
-    facezip_image(lambda seed: renderers["skin"].render([texture], VIEWS[1], "studio", SPP, seed).linear[0])
+    skin = upload(SkinMaps(compress(scans, method=method).reconstruct(EXPRESSION)))
+    facezip_image(lambda seed: renderers["skin"].render([skin], VIEWS[1], "studio", SPP, seed).linear[0])

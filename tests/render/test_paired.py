@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from facezip.files.images import decode_srgb
-from render.paired import TRANSPORTS, PairedRenderer, stratified, upload
+from render.paired import TRANSPORTS, PairedRenderer, stratified
+from render.skins import SkinMaps, upload
 from scenes.cameras import VIEWS, camera, frame_of
 from scenes.lights import RIGS
 from scenes.materials import MATERIALS
@@ -17,7 +18,7 @@ FRONT = VIEWS[0]
 
 
 def shade(renderer, textures, *arguments):
-    return renderer.render([upload(texture) for texture in textures], *arguments)
+    return renderer.render([upload(SkinMaps(texture)) for texture in textures], *arguments)
 
 
 @pytest.mark.parametrize("rig", list(RIGS))
@@ -46,7 +47,8 @@ import drjit as dr
 dr.set_thread_count(int(sys.argv[1]))
 import numpy as np
 from tests.render.conftest import lumpy_head
-from render.paired import TRANSPORTS, PairedRenderer, stratified, upload
+from render.paired import TRANSPORTS, PairedRenderer, stratified
+from render.skins import SkinMaps, upload
 from scenes.cameras import VIEWS, frame_of
 vertices, topology = lumpy_head()
 texture = np.random.default_rng(0).random((32, 32, 3), dtype=np.float32)
@@ -54,7 +56,7 @@ digest = hashlib.sha256()
 for transport in ("direct", "full"):
     renderer = PairedRenderer(topology, frame_of(vertices), ["studio"], "skin", 48, transport)
     renderer.pose(vertices)
-    digest.update(renderer.render([upload(texture)], VIEWS[1], "studio", 4, 0).linear.tobytes())
+    digest.update(renderer.render([upload(SkinMaps(texture))], VIEWS[1], "studio", 4, 0).linear.tobytes())
 print(digest.hexdigest())
 """
 
