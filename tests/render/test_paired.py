@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 
+from facezip.character.gltf import vertex_normals
 from facezip.files.images import decode_srgb
 from render.paired import TRANSPORTS, PairedRenderer, stratified
 from render.skins import SkinMaps, upload
@@ -138,8 +139,6 @@ def test_it_agrees_with_mitsubas_own_integrator(head, texture, material, rig, tr
 def _textured(head, bsdf):
     """The head as Mitsuba's own mesh with a textured material, rendered by nothing of ours."""
     import mitsuba as mi
-
-    from render.mesh import vertex_normals
 
     vertices, topology = head
     properties = mi.Properties()
