@@ -44,7 +44,9 @@ def make_surface(
     check_size(resolution, expressions)
     person = Person.make(resolution, seed)
     named = expression_weights(expressions, seed)
-    steady = replace(Nuisances().scaled(nuisances), drift=0.0)
+    # Maps are solved for from photographs under many lights: exposure does not count, and noise averages out.
+    strengths = Nuisances().scaled(nuisances)
+    steady = replace(strengths, drift=0.0, noise=0.5 * strengths.noise)
     stacks: dict[str, list[Texels]] = {name: [] for name in (ALBEDO, *MAPS) if name in (ALBEDO, *maps)}
     scans = captures(person, named, nuisances)
     for albedo, posed, rng in track(scans, "Making the maps", 1 + len(named)):

@@ -7,7 +7,7 @@ from scenes.face.skin.noise import fractal, smooth
 from scenes.face.skin.zones import brow, bump, lips, scalp
 
 # Roughness and specular of what is wet: eyes, teeth, the inside of the mouth.
-WET = (0.28, 0.35)
+WET = (0.22, 0.40)
 
 
 @njit(cache=True, nogil=True)

@@ -15,7 +15,7 @@ from scipy.ndimage import gaussian_filter
 from facezip.machine.rows import map_rows
 from scenes.face.features import LID_HALF_WIDTH, MOUTH_HALF_WIDTH
 from scenes.face.head import Head
-from scenes.face.skin.albedo import EYE_X
+from scenes.face.skin.albedo import EYE_X, EYE_Y
 from scenes.face.skin.gloss import WET, hollow, roughness, specular
 from scenes.face.skin.noise import cells, fractal, smooth
 from scenes.face.skin.sampling import TexelGrid, at_texel
@@ -71,12 +71,8 @@ class Ground:
     @staticmethod
     def of(head: Head, resolution: int, seed: int) -> "Ground":
         """The person with this seed, on ``resolution`` x ``resolution`` texels."""
-        square = (resolution, resolution)
-        texels, height, gloss = (
-            TexelGrid.of(head, resolution),
-            np.empty(square, np.float32),
-            np.empty((*square, 3), np.float32),
-        )
+        texels, square = TexelGrid.of(head, resolution), (resolution, resolution)
+        height, gloss = np.empty(square, np.float32), np.empty((*square, 3), np.float32)
         skin = np.ones(square, np.bool_)
         rows = (head.rows.lower_lid, head.rows.upper_lid, head.rows.lower_lip, head.rows.upper_lip)
         map_rows(lambda top, bottom: _lay(top, bottom, *texels.arrays, rows, seed, height, gloss, skin), resolution)
@@ -92,7 +88,8 @@ class Ground:
             _fold(top, bottom, *arrays, fields, self.seed, self.skin, height, gloss)
 
         map_rows(fold, len(height))
-        map_rows(lambda top, bottom: _incline(top, bottom, *arrays[:3], height, slopes), len(height))
+        map_rows(lambda top, bottom: _incline(top, bottom, *arrays[:3], self.skin, height, slopes), len(height))
+        height *= self.skin
         below = np.maximum(gaussian_filter(height, REACH / self.texels.texel, mode="nearest") - height, 0)
         gloss[..., 2] *= np.exp(-below / np.float32(DEEP))
         return Relief(slopes, *(np.ascontiguousarray(gloss[..., n : n + 1]) for n in range(3)))
@@ -121,13 +118,20 @@ def _lay(
             eye = z > 4 and rows[0] - 0.4 < row < rows[1] + 0.4 and abs(abs(x) - EYE_X) < LID_HALF_WIDTH
             mouth = z > 4 and rows[2] + 0.5 < row < rows[3] - 0.5 and abs(x) < MOUTH_HALF_WIDTH
             if eye or mouth:
-                skin[j, i], height[j, i], gloss[j, i, 0], gloss[j, i, 1] = False, 0.0, WET[0], WET[1]
+                height[j, i] = _eye(abs(x) - EYE_X, y - EYE_Y) if eye else 0.0
+                skin[j, i], gloss[j, i, 0], gloss[j, i, 1] = False, WET[0], WET[1]
                 gloss[j, i, 2] = 0.4 if mouth else 1.0
                 continue
             height[j, i] = _grain(x, y, z, texel, seed)
             gloss[j, i, 0] = roughness(x, y, z, texel, seed)
             gloss[j, i, 1] = specular(x, y, z, texel, seed)
             gloss[j, i, 2] = 1 - hollow(x, y, z)
+
+
+@njit(cache=True, nogil=True)
+def _eye(dx: float, dy: float) -> float:
+    """A ball is rounder than the mesh of the eye, which bulges from lid to lid alone; the cornea stands out of it."""
+    return 0.10 * np.exp(-(dx * dx + dy * dy) / 0.5**2) - 0.16 * dx * dx
 
 
 @njit(cache=True, nogil=True)
@@ -189,19 +193,23 @@ def _incline(
     grid: NDArray[np.float32],
     row_of: NDArray[np.float64],
     column_of: NDArray[np.float64],
+    skin: NDArray[np.bool_],
     height: NDArray[np.float32],
     out: NDArray[np.float32],
 ) -> None:
-    """Slopes of heights in cm, by central differences over the distances between texels on the head."""
+    """Slopes of heights in cm, by differences over the distances between texels on the head; none across a lid."""
     last = len(column_of) - 1
     a, b = np.empty(3), np.empty(3)
     for j in range(top, bottom):
-        above, below = max(j - 1, 0), min(j + 1, last)
         for i in range(last + 1):
-            left, right = max(i - 1, 0), min(i + 1, last)
+            here = skin[j, i]
+            left = i - 1 if i > 0 and skin[j, i - 1] == here else i
+            right = i + 1 if i < last and skin[j, i + 1] == here else i
             at_texel(grid, row_of[j], column_of[left], a)
             at_texel(grid, row_of[j], column_of[right], b)
             out[j, i, 0] = _slope(height[j, right] - height[j, left], a, b)
+            above = j - 1 if j > 0 and skin[j - 1, i] == here else j
+            below = j + 1 if j < last and skin[j + 1, i] == here else j
             at_texel(grid, row_of[below], column_of[i], a)
             at_texel(grid, row_of[above], column_of[i], b)
             out[j, i, 1] = _slope(height[above, i] - height[below, i], a, b)
