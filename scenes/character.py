@@ -17,7 +17,8 @@ from scenes.face.expressions import expression_weights
 from scenes.face.head import Head, build_head
 from scenes.face.shapes import ARKIT_SHAPES, shape_deltas
 from scenes.face.skin.albedo import complexion, neutral_albedo
-from scenes.face.skin.relief import Ground, Relief
+from scenes.face.skin.ground import Ground
+from scenes.face.skin.relief import Relief, relief
 from scenes.face.skin.sampling import TexelGrid, closed
 from scenes.face.skin.strain import Strain, strain
 from scenes.face.skin.wrinkles import wrinkled
@@ -92,7 +93,7 @@ class Posed:
     @property
     def relief(self) -> Relief:
         """See :meth:`Person.relief`."""
-        return self.person.ground.under(self.strain)
+        return relief(self.person.ground, self.strain)
 
 
 def make_character(resolution: int = 512, expressions: int = 20, seed: int = 0, nuisances: float = 1.0) -> Character:
