@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from facezip.character.maps import ALBEDO, KNOWN, normals_of
 from facezip.character.scans import Character
 from facezip.character.surface import FIRST_TILE, Surface, shifted
+from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import Texels
 from facezip.machine.progress import track
 from scenes.character import Person, Posed, captures, check_size, scanned
@@ -39,9 +40,13 @@ def make_surface(
     Raises
     ------
     FaceZipError
-        ``BAD_VALUE`` for a size or number outside its range.
+        ``BAD_VALUE`` for a size or number outside its range, or a map that the character does not have.
     """
     check_size(resolution, expressions)
+    for name in maps:
+        if name not in MAPS:
+            reason = f"has no map '{name}'; it has {', '.join((ALBEDO, *MAPS))}"
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"the embedded character {reason}")
     person = Person.make(resolution, seed)
     named = expression_weights(expressions, seed)
     # Maps are solved for from photographs under many lights: exposure does not count, and noise averages out.

@@ -3,6 +3,7 @@ import pytest
 
 from facezip.character.maps import angles
 from facezip.character.surface import FIRST_TILE
+from facezip.errors import FaceZipError
 from scenes.character import Person, captures, make_character
 from scenes.face.capture import Nuisances, captured
 from scenes.face.expressions import EXPRESSIONS
@@ -40,6 +41,11 @@ def test_a_map_does_not_depend_on_which_others_there_are(name):
     assert [kind.name for kind in alone.maps] == ["albedo", name]
     np.testing.assert_array_equal(alone.parts[name, FIRST_TILE].neutral, among.parts[name, FIRST_TILE].neutral)
     np.testing.assert_array_equal(alone.parts[name, FIRST_TILE].textures, among.parts[name, FIRST_TILE].textures)
+
+
+def test_a_map_that_there_is_not_is_refused():
+    with pytest.raises(FaceZipError, match="gloss"):
+        make_surface(64, 2, maps=("normal", "gloss"))
 
 
 def test_further_maps_of_a_capture_are_misregistered_as_its_albedo_is():
