@@ -17,7 +17,7 @@ from render.llvm import start
 from render.metrics import UNITS, Picture, compare, display, head_crop
 from render.paired import Images, PairedRenderer
 from render.settings import Settings
-from render.skins import uploaded
+from render.skins import upload
 from render.staging import Source, rendered_maps, staged, staged_topology
 from scenes.cameras import frame_of
 
@@ -67,7 +67,7 @@ def animate(originals: Originals, model: CompressedTextures, frames: Sequence[Po
     for pose in track(frames, "Rendering the animation", len(frames)):
         blend, compressed = originals.blended(pose.weights), _source(model, pose.weights)
         renderer.pose(blend.mesh_vertices(BLEND))
-        skins = [uploaded(staged(blend, one)(BLEND), settings.material) for one in (blend.texels, compressed)]
+        skins = [upload(staged(blend, one)(BLEND)) for one in (blend.texels, compressed)]
         images.append(renderer.render(skins, view, light, settings.spp, settings.seed))
         measured = {**_map_errors(texture_errors(blend, compressed)), **_measured(images[-1])}
         found.append({"frame": len(found), "pose": pose.name, "weights": {**pose.weights}, **measured})

@@ -13,8 +13,9 @@ from facezip.files.srgb import decode_srgb
 from facezip.machine.progress import track
 from render.llvm import start
 from render.mesh import HeadMesh
-from render.paired import PairedRenderer, upload
+from render.paired import PairedRenderer
 from render.settings import Settings
+from render.skins import SkinMaps, upload
 from scenes.cameras import View, camera, frame_of
 from scenes.materials import MATERIALS
 from scenes.stage import stage
@@ -67,9 +68,9 @@ def _paired(
     def render(poses: Sequence[Pose]) -> None:
         for pose in poses:
             renderer.pose(pose.vertices)
-            maps = [upload(texture) for texture in pose.textures]
+            skins = [upload(SkinMaps(texture)) for texture in pose.textures]
             for view, light in looks:
-                renderer.render(maps, view, light, settings.spp, settings.seed)
+                renderer.render(skins, view, light, settings.spp, settings.seed)
 
     return render
 

@@ -12,8 +12,9 @@ from render.bench import Pose, renderer_of
 from render.decision import of_halves, stream, without_bias
 from render.metrics import METRICS, Picture, compare, display, head_crop
 from render.noise import Halves, debiased_rmse
-from render.paired import Images, PairedRenderer, upload
+from render.paired import Images, PairedRenderer
 from render.settings import Settings
+from render.skins import Skin, SkinMaps, upload
 from scenes.cameras import View
 
 # Samples of the two halves that the debiased estimate is made of.
@@ -38,8 +39,8 @@ def bench_metrics(character: Character, poses: Sequence[Pose], settings: Setting
     jobs = [(pose, *look) for pose in poses for look in looks]
     for pose, view, light in track(jobs, "Converging", len(jobs)):
         renderer.pose(pose.vertices)
-        maps = [upload(texture) for texture in pose.textures]
-        rows += _deviations(renderer, maps, view, light, settings, converged, seconds)
+        skins = [upload(SkinMaps(texture)) for texture in pose.textures]
+        rows += _deviations(renderer, skins, view, light, settings, converged, seconds)
     metrics = {name: [row[name] for row in rows] for name in rows[0]}
     return {
         "deviation": {
@@ -53,7 +54,7 @@ def bench_metrics(character: Character, poses: Sequence[Pose], settings: Setting
 
 def _deviations(
     renderer: PairedRenderer,
-    maps: Sequence[Any],
+    skins: Sequence[Skin],
     view: View,
     light: str,
     settings: Settings,
@@ -61,7 +62,7 @@ def _deviations(
     seconds: dict[str, float],
 ) -> list[dict[str, float]]:
     def render(spp: int, *position: int) -> Images:
-        return renderer.render(maps, view, light, spp, stream(settings.seed, *position))
+        return renderer.render(skins, view, light, spp, stream(settings.seed, *position))
 
     truth = _compared(_mean_of([render(BATCH, 2, batch) for batch in range(converged // BATCH)]))
     begin = perf_counter()

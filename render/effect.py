@@ -9,10 +9,10 @@ from facezip.character.scans import Character
 from facezip.machine.progress import task
 from render.importance import Sight
 from render.metrics import display, image_rmse
-from render.skins import Texture, uploaded
+from render.skins import SkinMaps, upload
 from render.staging import staged_original
 
-Skins = Callable[[str], Texture]
+Skins = Callable[[str], SkinMaps]
 
 
 def image_errors(character: Character, candidates: Sequence[Skins], sight: Sight) -> NDArray[np.float64]:
@@ -30,7 +30,7 @@ def image_errors(character: Character, candidates: Sequence[Skins], sight: Sight
     with task("Rendering", shape[1] * shape[2]) as advance:
         for n, name in enumerate(character.expressions):
             renderer.pose(character.mesh_vertices(name))
-            skins = [uploaded(skin(name), sight.material) for skin in (original, *candidates)]
+            skins = [upload(skin(name)) for skin in (original, *candidates)]
             for i, (view, rig) in enumerate(sight.looks):
                 images = renderer.render(skins, view, rig, sight.spp, sight.seed)
                 shown, *others = display(images.linear[:, images.coverage >= 0.5])

@@ -36,6 +36,7 @@ from facezip.files.srgb import decode_srgb
 from facezip.machine.progress import task
 from render.operator import ImageOperator, image_operator
 from render.paired import PairedRenderer
+from render.skins import SkinMaps
 from render.staging import staged_map, staged_topology
 from scenes.cameras import View, frame_of
 
@@ -73,9 +74,9 @@ class Sight:
     def operators(self, character: Character, renderer: PairedRenderer, expression: str) -> Iterator[ImageOperator]:
         """The operator of every look at an expression, in their order; it acts on :func:`staged_albedo`."""
         renderer.pose(character.mesh_vertices(expression))
-        height, width, _ = staged_albedo(character, expression).shape
+        maps = SkinMaps(staged_albedo(character, expression))
         for view, rig in self.looks:
-            yield image_operator(renderer, (height, width), view, rig, self.spp, self.seed)
+            yield image_operator(renderer, maps, view, rig, self.spp, self.seed)
 
 
 def staged_albedo(character: Character, expression: str) -> NDArray[np.float32]:

@@ -52,6 +52,7 @@ class Lights:
             point, direction = dr.select(chosen, found.p, point), dr.select(chosen, found.d, direction)
             arriving = dr.select(chosen, radiance / share, arriving)
             begin += share
-        lit = active & (dr.dot(direction, surface.sh_frame.n) > 0)
+        # On the side that is seen: of a mask of a face the inside, of faces wound clockwise the outside.
+        lit = active & (dr.dot(direction, surface.sh_frame.n) * surface.wi.z > 0)
         shadowed = scene.ray_test(surface.spawn_ray_to(point), False, lit)
         return direction, dr.select(lit & ~shadowed, arriving, 0.0)

@@ -3,9 +3,9 @@
 from typing import Any
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
+from facezip.character.gltf import vertex_normals
 from facezip.files.obj import Topology
 
 NAME = "head"
@@ -49,9 +49,3 @@ class HeadMesh:
         parameters[f"{NAME}.vertex_positions"] = mi.Float(vertices[self._source].ravel())
         parameters[f"{NAME}.vertex_normals"] = mi.Float(normals[self._source].ravel())
         parameters.update()
-
-
-def vertex_normals(vertices: NDArray[np.float32], faces: NDArray[np.int32]) -> NDArray[np.float32]:
-    """Unit normals ``(V, 3)`` of the welded mesh; zero at vertices without a face."""
-    mesh = trimesh.Trimesh(vertices, faces, process=False, validate=False)
-    return np.asarray(mesh.vertex_normals, np.float32)

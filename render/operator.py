@@ -1,11 +1,12 @@
 """The renderer as a sparse matrix: image = A · texture + specular, both linear, for one pose, view and light.
 
-With direct light an image is affine in the albedo, so all that a camera and a light do to a texture is in one matrix
-of pixels x texels and one image. Built from the light paths of the paired renderer, it gives the same image to
-rounding, in milliseconds for every further texture; and transposed it says which texels an image is made of.
+With direct light an image is affine in the albedo, whatever the other maps of the skin, so all that a camera and a
+light do to a texture is in one matrix of pixels x texels and one image. Built from the light paths of the paired
+renderer, it gives the same image to rounding, in milliseconds for every further texture; and transposed it says which
+texels an image is made of.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
@@ -13,7 +14,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from facezip.machine.rows import map_rows
-from render.paired import PairedRenderer, Paths, upload
+from render.paired import PairedRenderer, Paths
+from render.skins import SkinMaps, upload
 from scenes.cameras import View
 
 TAPS = 4
@@ -55,19 +57,21 @@ class ImageOperator:
 
 
 def image_operator(
-    renderer: PairedRenderer, texture_size: tuple[int, int], view: View, rig: str, spp: int, seed: int
+    renderer: PairedRenderer, maps: SkinMaps, view: View, rig: str, spp: int, seed: int
 ) -> ImageOperator:
     """The operator of the pose that the renderer is in, from the random numbers that its ``render`` takes.
 
     Parameters
     ----------
     renderer : posed.
-    texture_size : rows and columns ``(h, w)`` of the textures; looked up bilinearly, clamped at the borders.
+    maps : of the skin. Of its albedo only the size counts, what textures then are applied to; the other maps are part
+        of the operator, which is linear in the albedo alone.
     view, rig, spp, seed : as in :meth:`render.paired.PairedRenderer.render`.
     """
-    paths = renderer.trace(view, rig, spp, seed)
+    paths = renderer.trace(upload(maps), view, rig, spp, seed)
     uv, head, diffuse = _samples(paths)
-    black = renderer.render([upload(np.zeros((1, 1, 3), np.float32))], view, rig, spp, seed)
+    black = renderer.render([upload(replace(maps, albedo=np.zeros((1, 1, 3), np.float32)))], view, rig, spp, seed)
+    texture_size = maps.albedo.shape[0], maps.albedo.shape[1]
     left, top, width, height = paths.window
 
     def block(first: int, last: int) -> _Entries:

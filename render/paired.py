@@ -1,9 +1,9 @@
-"""One kernel, K textures: the original and every compressed version, shaded on the same light paths.
+"""One kernel, K skins: the original and every compressed version, shaded on the same light paths.
 
-Geometry, visibility and light do not depend on the texture. A path is traced once; the skin is affine in its albedo,
-so at each of its points each texture costs one lookup and one multiplication, and the differences between the images
-carry no noise but their own. Skins that differ in their normals or their roughness as well are evaluated one by one,
-on the same paths.
+Geometry, visibility and light do not depend on the skin. A path is traced once; at each of its points each skin costs
+the lookup of its maps and the evaluation of its BSDF, and both images have the same noise, which cancels. What skins
+have in common is computed once: Dr.Jit merges equal expressions, so that of skins with an albedo alone the two ends
+of the affine function albedo · diffuse + specular serve all.
 """
 
 import math
@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.files.obj import Topology
-from facezip.files.srgb import decode_srgb
 from render.lighting import Lights
 from render.llvm import start
 from render.mesh import HeadMesh
+from render.shading import SHADINGS, Finish
+from render.skins import Skin
 from scenes.cameras import Frame, View, camera, pixel_bounds
 from scenes.materials import MATERIALS, grey
 
@@ -52,7 +53,7 @@ class Paths:
     window : the pixels.
     count : samples of a pixel.
     head : whether a sample sees the head; what follows holds where it does.
-    uv : where in the texture, row 0 at v = 0.
+    uv : where in the maps, row 0 at v = 0.
     diffuse, specular : its radiance is albedo · diffuse + specular.
     """
 
@@ -65,7 +66,7 @@ class Paths:
 
 
 class PairedRenderer:
-    """Renders poses of one character, each with any number of textures, in one scene whose mesh moves.
+    """Renders poses of one character, each with any number of skins, in one scene whose mesh moves.
 
     Parameters
     ----------
@@ -89,14 +90,15 @@ class PairedRenderer:
         start()
         import mitsuba as mi
 
-        skin = MATERIALS[material]
+        between = MATERIALS[material](grey(0.5))
         self._frame, self._resolution, self._points = frame, resolution, TRANSPORTS[transport]
-        self._head = HeadMesh(topology, skin(grey(0.5)))
+        self._head = HeadMesh(topology, between)
         self._scene = mi.load_dict({"type": "scene", "head": self._head.shape})
         self._parameters = mi.traverse(self._scene)
         self._lights = {rig: Lights(rig, frame) for rig in rigs}
-        # The two ends of the affine function are all that the kernel needs to know of the skin; paths bounce off grey.
-        self._black, self._white, self._grey = (mi.load_dict(skin(grey(albedo))) for albedo in (0.0, 1.0, 0.5))
+        self._shading = SHADINGS[material]
+        # Paths that all skins share bounce off grey.
+        self._grey = mi.load_dict(between)
         self._cameras: dict[View, Any] = {}
         self._vertices = np.zeros((0, 3), np.float32)
 
@@ -105,40 +107,40 @@ class PairedRenderer:
         self._vertices = vertices
         self._head.move(self._parameters, vertices)
 
-    def render(self, maps: Sequence[Any], view: View, rig: str, spp: int, seed: int) -> Images:
-        """Shade the posed head with each of K textures that :func:`upload` gave, or K skins of :mod:`render.skins`.
+    def render(self, skins: Sequence[Skin], view: View, rig: str, spp: int, seed: int) -> Images:
+        """Shade the posed head with each of K skins of :func:`render.skins.upload`.
 
-        The same seed gives the same bits, whatever K, the other textures, and the number of threads.
+        The same seed gives the same bits, whatever K, the other skins, and the number of threads.
         """
         import drjit as dr
 
         window, sampler = self._sampler(view, spp, seed)
         count = sampler.sample_count()
-        radiance, covered = self._shade(rig, self._camera(view), sampler, window, maps)
+        radiance, covered = self._shade(rig, self._camera(view), sampler, window, skins)
         # Summed in fixed order; the samples have to be in memory before, or each sum traces them again.
         dr.eval(radiance, covered)
         means = [[self._mean(channel, count, window) for channel in colour] for colour in radiance]
         return Images(np.moveaxis(np.array(means), 1, 3), self._mean(covered, count, window))
 
-    def trace(self, view: View, rig: str, spp: int, seed: int) -> Paths:
-        """The direct light that :meth:`render` sees with the same arguments, before it meets a texture.
+    def trace(self, skin: Skin, view: View, rig: str, spp: int, seed: int) -> Paths:
+        """The direct light that :meth:`render` sees with the same arguments, before it meets the skin's albedo.
 
         Raises
         ------
         ValueError
-            For a renderer of full light transport, whose images are no affine function of the texture.
+            For a renderer of full light transport, whose images are no affine function of the albedo.
         """
         import mitsuba as mi
 
         if self._points != 1:
-            raise ValueError("only direct light is affine in the texture")
+            raise ValueError("only direct light is affine in the albedo")
         window, sampler = self._sampler(view, spp, seed)
         ray = self._rays(self._camera(view), sampler.next_2d(), window, sampler.sample_count())
         surface = self._scene.ray_intersect(ray, int(mi.RayFlags.All), True)
         head = surface.is_valid()
         direction, arriving = self._lights[rig].sample(self._scene, surface, sampler.next_2d(head), head)
-        reflected = self._reflected(surface, surface.to_local(direction), arriving, head)
-        return Paths(window, sampler.sample_count(), head, surface.uv, *reflected)
+        diffuse, specular = self._shaded(surface, surface.to_local(direction), skin.finish(*_place(surface), head))
+        return Paths(window, sampler.sample_count(), head, surface.uv, diffuse * arriving, specular * arriving)
 
     def triangles(self, view: View) -> NDArray[np.int32]:
         """The triangle ``(H, W)`` under the centre of each pixel of the posed head, -1 beside it."""
@@ -175,20 +177,22 @@ class PairedRenderer:
             self._cameras[view] = mi.load_dict(camera(view, self._frame, self._resolution))
         return self._cameras[view]
 
-    def _shade(self, rig: str, sensor: Any, sampler: Any, window: Window, maps: Sequence[Any]) -> tuple[list[Any], Any]:
-        """Radiance of every sample with every texture, and whether the sample sees the head."""
+    def _shade(
+        self, rig: str, sensor: Any, sampler: Any, window: Window, skins: Sequence[Skin]
+    ) -> tuple[list[Any], Any]:
+        """Radiance of every sample with every skin, and whether the sample sees the head."""
         import drjit as dr
         import mitsuba as mi
 
         ray = self._rays(sensor, sampler.next_2d(), window, sampler.sample_count())
-        radiance, throughput = [mi.Color3f(0.0) for _ in maps], [mi.Color3f(1.0) for _ in maps]
+        radiance, throughput = [mi.Color3f(0.0) for _ in skins], [mi.Color3f(1.0) for _ in skins]
         active, covered = mi.Bool(True), mi.Float(0.0)
         for point in range(self._points):
             surface = self._scene.ray_intersect(ray, int(mi.RayFlags.All), point == 0, active)
             active = active & surface.is_valid()
             if point == 0:
                 covered = dr.select(active, 1.0, 0.0)
-            respond = self._response(surface, maps, active)
+            respond = self._response(surface, skins, active)
             direction, arriving = self._lights[rig].sample(self._scene, surface, sampler.next_2d(active), active)
             for k, reflected in enumerate(respond(surface.to_local(direction), arriving)):
                 radiance[k] += dr.select(active, throughput[k] * reflected, 0.0)
@@ -202,29 +206,27 @@ class PairedRenderer:
             ray = surface.spawn_ray(surface.to_world(bounce.wo))
         return radiance, covered
 
-    def _response(self, surface: Any, maps: Sequence[Any], active: Any) -> Callable[[Any, Any], list[Any]]:
-        """What each texture's skin makes of light along a local direction: of albedos all at once, else one by one."""
+    def _response(self, surface: Any, skins: Sequence[Skin], active: Any) -> Callable[[Any, Any], list[Any]]:
+        """What each skin makes of light along a local direction."""
+        uv, handed = _place(surface)
+        points = [(skin.colour(uv, active), skin.finish(uv, handed, active)) for skin in skins]
+
+        def respond(outgoing: Any, light: Any) -> list[Any]:
+            found = []
+            for colour, finish in points:
+                diffuse, specular = self._shaded(surface, outgoing, finish)
+                found.append((colour * diffuse + specular) * light)
+            return found
+
+        return respond
+
+    def _shaded(self, surface: Any, outgoing: Any, finish: Finish) -> tuple[Any, Any]:
+        """The two parts of the BSDF, alike on both sides of the mesh."""
+        import drjit as dr
         import mitsuba as mi
 
-        if any(isinstance(one, mi.BSDF) for one in maps):
-            context = mi.BSDFContext()
-            return lambda outgoing, light: [one.eval(context, surface, outgoing, active) * light for one in maps]
-        colours = [mi.Color3f(texture.eval(surface.uv, active)) for texture in maps]
-
-        def affine(outgoing: Any, light: Any) -> list[Any]:
-            diffuse, specular = self._reflected(surface, outgoing, light, active)
-            return [colour * diffuse + specular for colour in colours]
-
-        return affine
-
-    def _reflected(self, surface: Any, outgoing: Any, arriving: Any, active: Any) -> tuple[Any, Any]:
-        """What the skin makes of light along a local direction: albedo · the first + the second."""
-        import mitsuba as mi
-
-        context = mi.BSDFContext()
-        specular = self._black.eval(context, surface, outgoing, active)
-        diffuse = self._white.eval(context, surface, outgoing, active) - specular
-        return diffuse * arriving, specular * arriving
+        eye, light = (mi.Vector3f(to.x, to.y, dr.mulsign(to.z, surface.wi.z)) for to in (surface.wi, outgoing))
+        return self._shading(eye, light, finish)
 
     def _rays(self, sensor: Any, offset: Any, window: Window, count: int) -> Any:
         """``count`` camera rays for each pixel of a window, at ``offset`` in [0, 1]² within it."""
@@ -244,16 +246,10 @@ def stratified(spp: int) -> int:
     return rows * -(-spp // rows)
 
 
-def upload(encoded: NDArray[np.float32]) -> Any:
-    """A texture ``(H, W, C)`` of encoded values in [0, 1] for the kernel: linear, bilinear, clamped at its borders."""
-    start()
+def _place(surface: Any) -> tuple[Any, Any]:
+    """Where in the maps a point is, and whether the chart is mirrored there: -1, else 1."""
     import drjit as dr
-    import mitsuba as mi
 
-    colour = encoded if encoded.shape[2] == 3 else np.repeat(encoded[:, :, :1], 3, axis=2)
-    texture = mi.Texture2f(
-        mi.TensorXf(decode_srgb(colour)), filter_mode=dr.FilterMode.Linear, wrap_mode=dr.WrapMode.Clamp
-    )
-    # A texture uploads itself on first use; inside a recorded kernel that would be too late.
-    dr.eval(texture.eval(mi.Point2f(0.5)))
-    return texture
+    # v of the mesh in the scene runs down, so that u × v points inwards where the chart is not mirrored.
+    inwards = dr.dot(dr.cross(surface.dp_du, surface.dp_dv), surface.n)
+    return surface.uv, dr.select(inwards > 0, -1.0, 1.0)

@@ -1,4 +1,4 @@
-"""One shot: a pose from a view in a light, rendered with every texture and measured until its verdict is decided."""
+"""One shot: a pose from a view in a light, rendered with every skin and measured until its verdict is decided."""
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -19,6 +19,7 @@ from render.noise import Halves, debiased_rmse, noise_floor
 from render.paired import Images, PairedRenderer
 from render.regions import face_regions, locate
 from render.settings import Settings
+from render.skins import Skin
 from scenes.cameras import View, frame_of
 
 
@@ -70,8 +71,8 @@ class Studio:
         """Move the head."""
         self._renderer.pose(vertices)
 
-    def take(self, shot: Shot, maps: Sequence[Any]) -> tuple[dict[str, Any], Images]:
-        """Render a posed shot with the original's and every candidate's texture, and measure it.
+    def take(self, shot: Shot, skins: Sequence[Skin]) -> tuple[dict[str, Any], Images]:
+        """Render a posed shot with the original's and every candidate's skin, and measure it.
 
         Samples are doubled until no confidence interval of a deciding metric straddles a limit, or at their most.
 
@@ -79,32 +80,32 @@ class Studio:
         -------
         The shot's part of the document, and the images with all samples.
         """
-        halves, spp = self._round(shot, maps, 0), self._settings.spp
+        halves, spp = self._round(shot, skins, 0), self._settings.spp
         regions = self._labels(shot.view)
         packs = self._measured(halves, regions)
         while not all(pack["decided"] for pack in packs) and 2 * spp <= self._settings.most:
-            halves, spp = halves.merged(self._round(shot, maps, spp)), 2 * spp
+            halves, spp = halves.merged(self._round(shot, skins, spp)), 2 * spp
             packs = self._measured(halves, regions)
         head = halves.mean.coverage >= 0.5
         floor = {"image_rmse": noise_floor(halves, head)}
         place = {"expression": shot.expression, "view": shot.view.name, "light": shot.light}
         return {**place, "spp": spp, "noise_floor": floor, "packs": packs}, halves.mean
 
-    def floor(self, shot: Shot, maps: Sequence[Any]) -> dict[str, Any]:
+    def floor(self, shot: Shot, skins: Sequence[Skin]) -> dict[str, Any]:
         """What noise alone does to every metric: the original against itself with other random numbers."""
-        images = [self._round(shot, maps[:1], 0, repeat).mean for repeat in range(2)]
+        images = [self._round(shot, skins[:1], 0, repeat).mean for repeat in range(2)]
         begin = perf_counter()
         crop, head = head_crop(images[0].coverage), images[0].coverage >= 0.5
         found = compare(*(Picture(display(image.linear[0][crop]), head[crop]) for image in images))
         self.seconds["metrics"] += perf_counter() - begin
         return found
 
-    def _round(self, shot: Shot, maps: Sequence[Any], before: int, repeat: int = 0) -> Halves:
+    def _round(self, shot: Shot, skins: Sequence[Skin], before: int, repeat: int = 0) -> Halves:
         """Two independent halves, as many samples as there were ``before``, or the first ones."""
         begin = perf_counter()
         count = (before or self._settings.spp) // 2
         seeds = [stream(self._settings.seed, before, half, repeat) for half in range(2)]
-        halves = Halves(*(self._renderer.render(maps, shot.view, shot.light, count, seed) for seed in seeds))
+        halves = Halves(*(self._renderer.render(skins, shot.view, shot.light, count, seed) for seed in seeds))
         self.seconds["render"] += perf_counter() - begin
         return halves
 

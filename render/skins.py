@@ -1,6 +1,7 @@
-"""Skins with more than an albedo: normals and roughness from maps too, for the paired renderer."""
+"""Skins for the paired renderer: an albedo, and any of the maps of what else light meets."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -8,61 +9,86 @@ from numpy.typing import NDArray
 
 from facezip.files.srgb import decode_srgb
 from render.llvm import start
-from render.paired import upload
-from scenes.materials import MATERIALS, bumpy
-
-# What light meets besides the albedo; other maps of a character are compressed, but not rendered.
-RENDERED = ("albedo", "normal", "roughness")
+from render.shading import Finish
 
 
 @dataclass(frozen=True, eq=False)
 class SkinMaps:
-    """The maps of one skin, all over the same UV square.
+    """The maps of one skin, all over the same UV square, of any sizes.
 
     Attributes
     ----------
     albedo : ``(H, W, C)`` encoded values in [0, 1].
     normal : ``(H, W, 3)`` unit vectors of tangent space, y up, or None where the mesh's own will do.
-    roughness : ``(H, W, 1)`` in [0, 1], or None for that of the material.
+    roughness : ``(H, W, 1)`` in [0, 1], as of a principled BSDF; None for that of the material, as below.
+    specular : ``(H, W, 1)`` in [0, 1], Disney's and Unreal's: a reflectance of 0.08 · specular at normal incidence.
+    cavity : ``(H, W, 1)`` in [0, 1], the share of the highlight that comes out of the relief; diffuse light loses
+        :data:`render.shading.DIFFUSE_CAVITY` of what the highlight does.
     """
 
     albedo: NDArray[np.float32]
     normal: NDArray[np.float32] | None = None
     roughness: NDArray[np.float32] | None = None
+    specular: NDArray[np.float32] | None = None
+    cavity: NDArray[np.float32] | None = None
 
     @property
-    def arrays(self) -> tuple[NDArray[np.float32], ...]:
-        """Those that there are."""
-        return tuple(one for one in (self.albedo, self.normal, self.roughness) if one is not None)
+    def present(self) -> dict[str, NDArray[np.float32]]:
+        """Those that there are, by name."""
+        every = {name: getattr(self, name) for name in RENDERED}
+        return {name: values for name, values in every.items() if values is not None}
 
 
-Texture = NDArray[np.float32] | SkinMaps
+# Names of maps that are rendered; others of a character are compressed and measured.
+RENDERED = tuple(field.name for field in fields(SkinMaps))
 
 
-def uploaded(texture: Texture, material: str) -> Any:
-    """An albedo ``(H, W, C)``, or a skin of a material, for the renderer."""
-    return upload_skin(texture, material) if isinstance(texture, SkinMaps) else upload(texture)
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """Maps as the kernel looks them up, by name: bilinear, clamped at their borders."""
+
+    textures: Mapping[str, Any]
+
+    def colour(self, uv: Any, active: Any) -> Any:
+        """Linear albedo."""
+        import mitsuba as mi
+
+        return mi.Color3f(self.textures["albedo"].eval(uv, active))
+
+    def finish(self, uv: Any, handed: Any, active: Any) -> Finish:
+        """What the other maps say; ``handed`` is -1 where the chart is mirrored, else 1."""
+        import drjit as dr
+        import mitsuba as mi
+
+        found = {name: texture.eval(uv, active) for name, texture in self.textures.items() if name != "albedo"}
+        if "normal" not in found:
+            return Finish(**{name: number for name, (number,) in found.items()})
+        x, y, z = found.pop("normal")
+        normal = dr.normalize(mi.Vector3f(x, handed * y, z))
+        return Finish(normal, **{name: number for name, (number,) in found.items()})
 
 
-def upload_skin(maps: SkinMaps, material: str) -> Any:
-    """A skin for :meth:`render.paired.PairedRenderer.render`, bilinear and clamped as a single texture is.
-
-    Parameters
-    ----------
-    maps : what differs from skin to skin.
-    material : a key of :data:`scenes.materials.MATERIALS`.
-    """
+def upload(maps: SkinMaps) -> Skin:
+    """A skin for :meth:`render.paired.PairedRenderer.render`."""
     start()
+    return Skin({name: _texture(_stored(name, values)) for name, values in maps.present.items()})
+
+
+def _stored(name: str, values: NDArray[np.float32]) -> NDArray[np.float32]:
+    if name == "normal":
+        return values
+    if name == "albedo":
+        colour = values if values.shape[2] == 3 else np.repeat(values[:, :, :1], 3, axis=2)
+        return decode_srgb(np.clip(colour, 0, 1))
+    return np.clip(values[:, :, :1], 0, 1)
+
+
+def _texture(values: NDArray[np.float32]) -> Any:
+    import drjit as dr
     import mitsuba as mi
 
-    colour = maps.albedo if maps.albedo.shape[2] == 3 else np.repeat(maps.albedo[:, :, :1], 3, axis=2)
-    rough = () if maps.roughness is None else (_bitmap(maps.roughness),)
-    skin = MATERIALS[material](_bitmap(decode_srgb(np.clip(colour, 0, 1))), *rough)
-    return mi.load_dict(skin if maps.normal is None else bumpy(skin, _bitmap(0.5 * maps.normal + np.float32(0.5))))
-
-
-def _bitmap(values: NDArray[np.float32]) -> dict[str, Any]:
-    import mitsuba as mi
-
-    data = mi.TensorXf(np.ascontiguousarray(values))
-    return {"type": "bitmap", "data": data, "raw": True, "format": "variant", "wrap_mode": "clamp"}
+    modes = {"filter_mode": dr.FilterMode.Linear, "wrap_mode": dr.WrapMode.Clamp}
+    texture = mi.Texture2f(mi.TensorXf(np.ascontiguousarray(values)), **modes)
+    # A texture uploads itself on first use; inside a recorded kernel that would be too late.
+    dr.eval(texture.eval(mi.Point2f(0.5)))
+    return texture

@@ -5,12 +5,12 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.maps import ALBEDO, Key
+from facezip.character.maps import Key
 from facezip.character.scans import Character
 from facezip.character.tiles import Atlas
 from facezip.files.images import Texels
 from facezip.files.obj import Topology
-from render.skins import RENDERED, SkinMaps, Texture
+from render.skins import RENDERED, SkinMaps
 
 # Gives the texels of a map on a tile for an expression or ``neutral``.
 Source = Callable[[str, Key], Texels]
@@ -26,18 +26,16 @@ def rendered_maps(character: Character) -> list[str]:
     return [kind.name for kind in character.maps if kind.name in RENDERED]
 
 
-def staged_original(character: Character) -> Callable[[str], Texture]:
+def staged_original(character: Character) -> Callable[[str], SkinMaps]:
     """What is rendered of the scans, by the name of an expression or ``neutral``."""
     return staged(character, character.texels)
 
 
-def staged(character: Character, texels: Source) -> Callable[[str], Texture]:
+def staged(character: Character, texels: Source) -> Callable[[str], SkinMaps]:
     """A skin of all the maps that renderers know, with the tiles of each in one texture."""
 
-    def skin(name: str) -> Texture:
-        maps = {kind: staged_map(character, kind, name, texels) for kind in rendered_maps(character)}
-        # One light path shades any number of albedos at the price of one.
-        return SkinMaps(**maps) if len(maps) > 1 else np.clip(maps[ALBEDO], 0, 1)
+    def skin(name: str) -> SkinMaps:
+        return SkinMaps(**{kind: staged_map(character, kind, name, texels) for kind in rendered_maps(character)})
 
     return skin
 

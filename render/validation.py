@@ -19,7 +19,7 @@ from render.metrics import UNITS
 from render.paired import Images
 from render.settings import Settings
 from render.shots import Shot, Studio, looks, repeat_of
-from render.skins import SkinMaps, Texture, uploaded
+from render.skins import Skin, SkinMaps, upload
 from render.staging import staged_original, staged_topology
 from render.store import RENDERS, ShotStore, digest_of
 from render.summary import summarise
@@ -35,13 +35,13 @@ class Candidate:
     Attributes
     ----------
     name : of the pack or character.
-    texture : gives ``(H, W, C)`` float32 in [0, 1], encoded, for an expression or ``"neutral"``; or all maps of a skin.
+    texture : gives the maps of a skin for an expression or ``"neutral"``.
     facts : ``method``, ``bytes_on_gpu``, ``bytes_on_disk``, ``bytes_raw``, ``fetches``, ``texture_rmse`` and
         ``texture_rmse_per_expression``.
     """
 
     name: str
-    texture: Callable[[str], Texture]
+    texture: Callable[[str], SkinMaps]
     facts: dict[str, Any]
 
 
@@ -174,18 +174,18 @@ class _Run:
         return found
 
     def expression(self, name: str) -> Iterator[dict[str, Any]]:
-        textures = [self._original(name), *(candidate.texture(name) for candidate in self._candidates)]
-        return self._shots([Shot(name, *look) for look in looks(self._settings)], textures)
+        skins = [self._original(name), *(candidate.texture(name) for candidate in self._candidates)]
+        return self._shots([Shot(name, *look) for look in looks(self._settings)], skins)
 
     def floors(self) -> dict[tuple[str, str], dict[str, Any]]:
         """By view and light: every metric of the original neutral against itself with other random numbers."""
-        textures = [self._original(NEUTRAL)]
-        inputs, posed, floors = self._inputs(NEUTRAL, textures), None, {}
+        skins = [self._original(NEUTRAL)]
+        inputs, posed, floors = self._inputs(NEUTRAL, skins), None, {}
         for shot in (repeat_of(*look) for look in looks(self._settings)):
             name, digest = f"{shot.view.name}.{shot.light}.floor", self._digest(shot, inputs)
             floor = self._store.find(name, digest)
             if floor is None:
-                posed = posed or self._posed(shot.expression, textures)
+                posed = posed or self._posed(shot.expression, skins)
                 floor = posed[0].floor(shot, posed[1])
                 self._store.keep(name, digest, floor, {}, {})
             floors[shot.view.name, shot.light] = floor
@@ -201,30 +201,32 @@ class _Run:
         self.settle()
         self._store.prune()
 
-    def _shots(self, shots: list[Shot], textures: list[Texture]) -> Iterator[dict[str, Any]]:
-        inputs, posed = self._inputs(shots[0].expression, textures), None
+    def _shots(self, shots: list[Shot], skins: list[SkinMaps]) -> Iterator[dict[str, Any]]:
+        inputs, posed = self._inputs(shots[0].expression, skins), None
         for shot in shots:
             digest = self._digest(shot, inputs)
             measured = self._store.find(shot.name, digest)
             if measured is None:
-                posed = posed or self._posed(shot.expression, textures)
+                posed = posed or self._posed(shot.expression, skins)
                 measured, images = posed[0].take(shot, posed[1])
                 measured = {**measured, "exr": f"{RENDERS}/{shot.name}.exr"}
                 self._keep(shot, digest, measured, images)
                 self.rendered += 1
             yield measured
 
-    def _posed(self, name: str, textures: list[Texture]) -> tuple[Studio, list[Any]]:
+    def _posed(self, name: str, skins: list[SkinMaps]) -> tuple[Studio, list[Skin]]:
         if self._studio is None:
             self._studio = Studio(self._topology, self._character.meshes.neutral, self._settings, self._pool)
         self._studio.pose(self._character.mesh_vertices(name))
-        return self._studio, [uploaded(texture, self._settings.material) for texture in textures]
+        return self._studio, [upload(maps) for maps in skins]
 
-    def _inputs(self, name: str, textures: list[Texture]) -> str:
+    def _inputs(self, name: str, skins: list[SkinMaps]) -> str:
         topology, character = self._topology, self._character
         meshes = character.meshes.neutral, character.mesh_vertices(name)
-        arrays = [part for one in textures for part in (one.arrays if isinstance(one, SkinMaps) else (one,))]
-        return digest_of({}, (topology.faces, topology.uv, topology.face_uv, *meshes, *arrays))
+        present = [maps.present for maps in skins]
+        arrays = [values for maps in present for values in maps.values()]
+        names = {"maps": [list(maps) for maps in present]}
+        return digest_of(names, (topology.faces, topology.uv, topology.face_uv, *meshes, *arrays))
 
     def _digest(self, shot: Shot, inputs: str) -> str:
         # Other views, lights and expressions do not change this one.

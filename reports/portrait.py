@@ -16,7 +16,7 @@ from facezip.character.loading import load_character
 from render.candidates import candidate
 from render.metrics import display
 from render.paired import PairedRenderer
-from render.skins import uploaded
+from render.skins import upload
 from render.staging import staged_original, staged_topology
 from scenes.cameras import View, frame_of
 
@@ -35,7 +35,7 @@ def portrait(character_folder: Path, pack: Path, light: str = "studio") -> NDArr
     columns = []
     for name in EXPRESSIONS:
         renderer.pose(character.mesh_vertices(name))
-        images = renderer.render([uploaded(side(name), "skin") for side in sides], VIEW, light, SPP, 0)
+        images = renderer.render([upload(side(name)) for side in sides], VIEW, light, SPP, 0)
         original, compressed = display(images.linear + (1 - images.coverage[..., None]) * np.float32(BACKDROP))
         error = np.abs(original - compressed).max(axis=2) * 255 / FULL_SCALE
         heat = mpl.colormaps["inferno"](np.clip(error, 0, 1))[..., :3]

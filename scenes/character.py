@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from copy import deepcopy
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,15 +13,17 @@ from facezip.character.meshes import Meshes
 from facezip.character.scans import Character, Stack
 from facezip.character.tiles import FIRST_TILE
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.images import Texels
 from facezip.machine.progress import track
 from scenes.face.capture import Nuisances, captured
 from scenes.face.expressions import expression_weights
 from scenes.face.head import Head, build_head
 from scenes.face.shapes import ARKIT_SHAPES, shape_deltas
 from scenes.face.skin.albedo import complexion, neutral_albedo
+from scenes.face.skin.ground import Ground
 from scenes.face.skin.relief import Relief, relief
 from scenes.face.skin.sampling import TexelGrid, closed
-from scenes.face.skin.strain import strain
+from scenes.face.skin.strain import Strain, strain
 from scenes.face.skin.wrinkles import wrinkled
 
 
@@ -56,13 +59,44 @@ class Person:
 
     def texture(self, weights: dict[str, float]) -> NDArray[np.float32]:
         """``(R, R, 3)`` float32 in [0, 1], encoded sRGB, of a blend of shapes: what its strain does to the skin."""
-        if not weights:
-            return self.albedo
-        return wrinkled(self.albedo, self.head, strain(self.head, self.vertices(weights)), self.seed)
+        return self.posed(weights).texture
 
     def relief(self, weights: dict[str, float]) -> Relief:
-        """The normals and the roughness that go with :meth:`texture`."""
-        return relief(self.head, strain(self.head, self.vertices(weights)), len(self.albedo), self.seed)
+        """The other maps, which go with :meth:`texture`."""
+        return self.posed(weights).relief
+
+    def posed(self, weights: dict[str, float]) -> "Posed":
+        """A blend of shapes, for whoever asks for several of its maps."""
+        return Posed(self, weights)
+
+    @cached_property
+    def ground(self) -> Ground:
+        """The relief that expressions fold."""
+        return Ground.of(self.head, len(self.albedo), self.seed)
+
+
+@dataclass(frozen=True, eq=False)
+class Posed:
+    """A person with an expression."""
+
+    person: Person
+    weights: dict[str, float]
+
+    @cached_property
+    def strain(self) -> Strain:
+        """Of the skin; the same for all maps."""
+        return strain(self.person.head, self.person.vertices(self.weights))
+
+    @property
+    def texture(self) -> NDArray[np.float32]:
+        """See :meth:`Person.texture`."""
+        person = self.person
+        return wrinkled(person.albedo, person.head, self.strain, person.seed) if self.weights else person.albedo
+
+    @property
+    def relief(self) -> Relief:
+        """See :meth:`Person.relief`."""
+        return relief(self.person.ground, self.strain)
 
 
 def make_character(resolution: int = 512, expressions: int = 20, seed: int = 0, nuisances: float = 1.0) -> Character:
@@ -80,34 +114,47 @@ def make_character(resolution: int = 512, expressions: int = 20, seed: int = 0, 
     FaceZipError
         ``BAD_VALUE`` for a size or number outside its range.
     """
-    if not (64 <= resolution <= 8192 and expressions >= 2):
-        reason = f"{resolution} texels and {expressions} expressions; make 64 to 8192 texels and at least 2"
-        raise FaceZipError(ErrorCode.BAD_VALUE, f"the embedded character cannot have {reason}")
+    check_size(resolution, expressions)
     person = Person.make(resolution, seed)
     named = expression_weights(expressions, seed)
-    scans = (albedo for albedo, _ in captures(person, named, nuisances))
+    scans = (albedo for albedo, _, _ in captures(person, named, nuisances))
     neutral = next(scans)
     textures = np.empty((len(named), *neutral.shape), np.uint8)
     for n, texture in enumerate(track(scans, "Making the character", len(named))):
         textures[n] = texture
+    return scanned(person, named, {ALBEDO: (neutral, textures)})
+
+
+def check_size(resolution: int, expressions: int) -> None:
+    """Raise ``BAD_VALUE`` for a character that cannot be made."""
+    if not (64 <= resolution <= 8192 and expressions >= 2):
+        reason = f"{resolution} texels and {expressions} expressions; make 64 to 8192 texels and at least 2"
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"the embedded character cannot have {reason}")
+
+
+def scanned(person: Person, named: dict[str, dict[str, float]], maps: dict[str, tuple[Texels, Texels]]) -> Character:
+    """The character of a person, of some maps: the neutral ``(R, R, C)`` and expressions ``(N, R, R, C)`` of each."""
     vertices = np.stack([person.vertices(weights) for weights in named.values()])
-    meshes = Meshes(person.head.topology, person.head.vertices, vertices)
-    stack = Stack(neutral, textures, face_mask(person.head, resolution))
-    return Character("character", tuple(named), meshes, (KNOWN[ALBEDO],), {(ALBEDO, FIRST_TILE): stack})
+    meshes, mask = (
+        Meshes(person.head.topology, person.head.vertices, vertices),
+        face_mask(person.head, len(person.albedo)),
+    )
+    stacks = {(name, FIRST_TILE): Stack(*texels, mask) for name, texels in maps.items()}
+    return Character("character", tuple(named), meshes, tuple(KNOWN[name] for name in maps), stacks)
 
 
 def captures(
     person: Person, named: dict[str, dict[str, float]], nuisances: float
-) -> Iterator[tuple[NDArray[np.uint8], np.random.Generator]]:
+) -> Iterator[tuple[NDArray[np.uint8], Posed, np.random.Generator]]:
     """The albedo ``(R, R, 3)`` of the neutral and of each expression as a capture gives it.
 
-    With each comes a generator that draws the same misregistration again, for further maps of the same capture.
+    With each come the truth, and a generator that draws the same misregistration again, for further maps of it.
     """
     strengths = Nuisances().scaled(nuisances)
     rng = np.random.default_rng([person.seed, 3])
     for weights in ({}, *named.values()):
-        again = deepcopy(rng)
-        yield _bytes(captured(person.texture(weights), strengths, rng, registered=not weights)), again
+        again, posed = deepcopy(rng), person.posed(weights)
+        yield _bytes(captured(posed.texture, strengths, rng, registered=not weights)), posed, again
 
 
 def face_mask(head: Head, resolution: int) -> NDArray[np.float32]:

@@ -1,33 +1,30 @@
 """Skin, as Mitsuba BSDF dicts over any reflectance.
 
-Without a map of normals or of roughness, both materials are affine in their albedo, f = albedo · f_diffuse +
-f_specular, which is what lets one light path shade any number of textures.
+Both are affine in their albedo, f = albedo · f_diffuse + f_specular. What maps of normals, roughness, specular and
+cavity make of them is in :mod:`render.shading`, which agrees with these where a skin has none.
 """
 
 from collections.abc import Callable
 from typing import Any
 
+# Of skin without maps of them. `specular` is Disney's and Unreal's: a reflectance of 0.08 · specular at normal
+# incidence; Unreal's tables give skin 0.35, lips and the T-zone have more.
+ROUGHNESS = 0.48
+SPECULAR = 0.42
 
-def diffuse(albedo: Any, _roughness: Any = None) -> dict[str, Any]:
+
+def diffuse(albedo: Any) -> dict[str, Any]:
     """Matte skin: nothing but the texture shows."""
     return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": albedo}}
 
 
-def skin(albedo: Any, roughness: Any = 0.48) -> dict[str, Any]:
+def skin(albedo: Any) -> dict[str, Any]:
     """Principled skin: a rough dielectric sheen over the texture."""
-    return {
-        "type": "twosided",
-        "bsdf": {"type": "principled", "base_color": albedo, "roughness": roughness, "specular": 0.42, "sheen": 0.0},
-    }
+    principled = {"type": "principled", "base_color": albedo, "roughness": ROUGHNESS, "specular": SPECULAR}
+    return {"type": "twosided", "bsdf": {**principled, "sheen": 0.0}}
 
 
-def bumpy(material: dict[str, Any], normals: Any) -> dict[str, Any]:
-    """A material whose surface stands as a tangent-space normal map says, a texture of (n + 1) / 2."""
-    inner = {"type": "normalmap", "normalmap": normals, "bsdf": material["bsdf"]}
-    return {"type": "twosided", "bsdf": inner}
-
-
-MATERIALS: dict[str, Callable[..., dict[str, Any]]] = {"skin": skin, "diffuse": diffuse}
+MATERIALS: dict[str, Callable[[Any], dict[str, Any]]] = {"skin": skin, "diffuse": diffuse}
 
 
 def grey(value: float) -> dict[str, Any]:

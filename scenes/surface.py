@@ -9,50 +9,71 @@ from numpy.typing import NDArray
 from facezip.character.maps import ALBEDO, KNOWN, Key, normals_of
 from facezip.character.scans import Character, Stack
 from facezip.character.tiles import FIRST_TILE
+from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import Texels
 from facezip.machine.progress import track
-from scenes.character import Person, captures, make_character
+from scenes.character import Person, Posed, captures, check_size, scanned
 from scenes.face.capture import Nuisances, captured
 from scenes.face.expressions import expression_weights
 
-MAPS = ("normal", "roughness")
+# What there is besides the albedo, in the order of files.
+MAPS = ("normal", "roughness", "specular", "cavity")
 
 
 def make_surface(
-    resolution: int = 512, expressions: int = 20, seed: int = 0, nuisances: float = 1.0, tiles: tuple[int, int] = (1, 1)
+    resolution: int = 512,
+    expressions: int = 20,
+    seed: int = 0,
+    nuisances: float = 1.0,
+    tiles: tuple[int, int] = (1, 1),
+    maps: tuple[str, ...] = MAPS[:2],
 ) -> Character:
-    """Scans of the embedded character with albedo, normals and roughness of 8 bits, misregistered alike.
+    """Scans of the embedded character with several maps of 8 bits, misregistered alike.
 
     Parameters
     ----------
     resolution, expressions, seed, nuisances : as of :func:`scenes.character.make_character`, whose albedo this is.
     tiles : columns and rows of UDIM tiles that its chart is spread over, at most 10 columns; both divide
         ``resolution``.
+    maps : names out of :data:`MAPS`, besides the albedo; none depends on which others there are.
 
     Raises
     ------
     FaceZipError
-        ``BAD_VALUE`` for a size or number outside its range.
+        ``BAD_VALUE`` for a size or number outside its range, or a map that the character does not have.
     """
-    albedo = make_character(resolution, expressions, seed, nuisances)
+    check_size(resolution, expressions)
+    for name in maps:
+        if name not in MAPS:
+            reason = f"has no map '{name}'; it has {', '.join((ALBEDO, *MAPS))}"
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"the embedded character {reason}")
     person = Person.make(resolution, seed)
     named = expression_weights(expressions, seed)
-    steady = replace(Nuisances().scaled(nuisances), drift=0.0)
-    stacks: dict[str, list[Texels]] = {name: [] for name in MAPS}
+    # Maps are solved for from photographs under many lights: exposure does not count, and noise averages out.
+    strengths = Nuisances().scaled(nuisances)
+    steady = replace(strengths, drift=0.0, noise=0.5 * strengths.noise)
+    stacks: dict[str, list[Texels]] = {name: [] for name in (ALBEDO, *MAPS) if name in (ALBEDO, *maps)}
     scans = captures(person, named, nuisances)
-    for weights, (_, rng) in zip(({}, *named.values()), track(scans, "Making the maps", 1 + len(named)), strict=True):
-        skin = person.relief(weights)
-        encoded = np.concatenate([(normals_of(skin.slopes) + 1) / 2, skin.roughness], axis=2)
-        seen = np.rint(captured(encoded, steady, rng, registered=not weights) * 255)
-        vectors = _unit(2 * seen[..., :3] / 255 - 1)
-        stacks["normal"].append(np.rint(KNOWN["normal"].encode(vectors) * 65535).astype(np.uint16))
-        stacks["roughness"].append(seen[..., 3:].astype(np.uint8))
-    found = dict(albedo.stacks)
-    for name, stack in stacks.items():
-        textures: Any = np.stack(stack[1:])
-        found[name, FIRST_TILE] = Stack(stack[0], textures, albedo.first.mask)
-    kinds = tuple(KNOWN[name] for name in (ALBEDO, *MAPS))
-    return in_tiles(replace(albedo, maps=kinds, stacks=found), *tiles)
+    for albedo, posed, rng in track(scans, "Making the maps", 1 + len(named)):
+        found = {ALBEDO: albedo, **_further(posed, steady, rng)}
+        for name, stack in stacks.items():
+            stack.append(found[name])
+    stacked: dict[str, tuple[Any, Any]] = {name: (stack[0], np.stack(stack[1:])) for name, stack in stacks.items()}
+    return in_tiles(scanned(person, named, stacked), *tiles)
+
+
+def _further(posed: Posed, nuisances: Nuisances, rng: np.random.Generator) -> dict[str, Texels]:
+    """All of :data:`MAPS` as a capture gives them, 8 bits a channel; normals as the slopes of those are fitted."""
+    truth = posed.relief
+    encoded = np.concatenate(
+        [(normals_of(truth.slopes) + 1) / 2, truth.roughness, truth.specular, truth.cavity], axis=2
+    )
+    seen = np.rint(captured(encoded, nuisances, rng, registered=not posed.weights) * 255)
+    normals = KNOWN["normal"].encode(_unit(2 * seen[..., :3] / 255 - 1))
+    found: dict[str, Texels] = {"normal": np.rint(normals * 65535).astype(np.uint16)}
+    for channel, name in enumerate(MAPS[1:], 3):
+        found[name] = np.ascontiguousarray(seen[..., channel, None]).astype(np.uint8)
+    return found
 
 
 def in_tiles(character: Character, columns: int, rows: int) -> Character:

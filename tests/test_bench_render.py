@@ -10,8 +10,8 @@ from facezip.errors import ExitCode
 from render.bench import render_alone, renderer_of
 from render.convergence import bench_metrics
 from render.metrics import METRICS
-from render.paired import upload
 from render.settings import Settings
+from render.skins import SkinMaps, upload
 from scenes.cameras import VIEWS
 from tests.facezip.conftest import random_character
 from tests.test_cli import run
@@ -44,7 +44,7 @@ def test_both_ways_show_the_same_picture(character_on_a_ball):
     )[..., :3]
     renderer = renderer_of(character, settings)
     renderer.pose(character.meshes.vertices[0])
-    paired = renderer.render([upload(character.texture("smile"))], VIEWS[0], "studio", 256, 0)
+    paired = renderer.render([upload(SkinMaps(character.texture("smile")))], VIEWS[0], "studio", 256, 0)
     inside = paired.coverage == 1
     assert np.abs(naive[inside] - paired.linear[0][inside]).mean() < 0.06 * naive[inside].mean()
 

@@ -63,7 +63,7 @@ def command(
     Both sides are shaded on the same light paths, so that the difference is the compression's alone. In the place of
     a PACK stands, if you like, a second CHARACTER: textures that another tool made are judged the same way.
 
-    Normal and roughness maps are rendered too, and UDIM tiles.
+    Normal, roughness, specular and cavity maps are rendered too, and UDIM tiles.
 
     A run that is broken off goes on where it was when it is started again. With --overwrite, renders of the report
     that is there are kept where nothing that made them has changed. Without --workers and --scheduler, one process

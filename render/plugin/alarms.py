@@ -17,9 +17,10 @@ from scipy import stats
 from facezip.fit.methods import compress
 from facezip.machine.progress import track
 from render.llvm import start
-from render.paired import PairedRenderer, upload
+from render.paired import PairedRenderer
 from render.plugin.defects import injected_defects
 from render.plugin.reference import Reference
+from render.skins import Skin, SkinMaps, upload
 from scenes.cameras import VIEWS, frame_of
 from scenes.character import make_character
 from scenes.lights import RIGS
@@ -104,7 +105,7 @@ def _comparisons(trials: Trials) -> Iterator[tuple[str, dict[str, float]]]:
     expression = character.expressions[0]
     model = compress(character, method="refined")
     textures = {_EQUAL: model.reconstruct(expression), **injected_defects(model, expression, character)}
-    maps = [upload(texture) for texture in textures.values()]
+    skins = [upload(SkinMaps(texture)) for texture in textures.values()]
     frame = frame_of(character.meshes.neutral)
     renderers = {
         material: PairedRenderer(character.meshes.topology, frame, list(RIGS), material, trials.resolution)
@@ -115,17 +116,17 @@ def _comparisons(trials: Trials) -> Iterator[tuple[str, dict[str, float]]]:
     seeds = count(trials.seed)
     for rig, material in islice(cycle(product(RIGS, MATERIALS)), trials.references):
         look = renderers[material], rig, trials.spp
-        equal = _renders(look, maps[:1], islice(seeds, trials.reference_renders))
+        equal = _renders(look, skins[:1], islice(seeds, trials.reference_renders))
         reference = Reference.of(equal[:, 0])
         for _ in range(trials.tests):
-            tested = _renders(look, maps, islice(seeds, trials.renders))
+            tested = _renders(look, skins, islice(seeds, trials.renders))
             yield (
                 f"{rig}, {material}",
                 {name: reference.compare(tested[:, k]).probability for k, name in enumerate(textures)},
             )
 
 
-def _renders(look: tuple[PairedRenderer, str, int], maps: Sequence[Any], seeds: Iterator[int]) -> NDArray[np.float32]:
-    """``(n, K, H, W, 3)`` renders with n seeds of K textures."""
+def _renders(look: tuple[PairedRenderer, str, int], skins: Sequence[Skin], seeds: Iterator[int]) -> NDArray[np.float32]:
+    """``(n, K, H, W, 3)`` renders with n seeds of K skins."""
     renderer, rig, spp = look
-    return np.stack([renderer.render(maps, VIEWS[0], rig, spp, seed).linear for seed in seeds])
+    return np.stack([renderer.render(skins, VIEWS[0], rig, spp, seed).linear for seed in seeds])

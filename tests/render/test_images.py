@@ -1,16 +1,19 @@
-"""The image-diff suite: every light rig on every material, and the pipeline's golden renders.
+"""The image-diff suite: every light rig on every material, a skin of all maps, and the pipeline's golden renders.
 
 After a change that is meant to be seen: `pytest tests/render/test_images.py --facezip-generate tests/data/references`.
 """
 
 import pytest
 
+from facezip.character.tiles import FIRST_TILE
 from facezip.fit.methods import compress
-from render.paired import PairedRenderer, upload
+from render.paired import PairedRenderer
+from render.skins import SkinMaps, upload
 from scenes.cameras import VIEWS, frame_of
 from scenes.character import make_character
 from scenes.lights import RIGS
 from scenes.materials import MATERIALS
+from scenes.surface import MAPS, make_surface
 
 EXPRESSION = "smile"
 SPP = 64
@@ -33,11 +36,19 @@ def renderers(scans):
 @pytest.mark.parametrize("rig", list(RIGS))
 @pytest.mark.parametrize("material", list(MATERIALS))
 def test_rigs_and_materials_look_as_they_did(facezip_image, scans, renderers, material, rig):
-    texture = upload(scans.texture(EXPRESSION))
-    facezip_image(lambda seed: renderers[material].render([texture], VIEWS[0], rig, SPP, seed).linear[0])
+    skin = upload(SkinMaps(scans.texture(EXPRESSION)))
+    facezip_image(lambda seed: renderers[material].render([skin], VIEWS[0], rig, SPP, seed).linear[0])
+
+
+@pytest.mark.parametrize("material", list(MATERIALS))
+def test_a_skin_of_all_maps_looks_as_it_did(facezip_image, renderers, material):
+    surface = make_surface(128, 2, maps=MAPS)
+    maps = {kind.name: kind.values(surface.parts[kind.name, FIRST_TILE].texture(EXPRESSION)) for kind in surface.maps}
+    skin = upload(SkinMaps(**maps))
+    facezip_image(lambda seed: renderers[material].render([skin], VIEWS[1], "side", SPP, seed).linear[0])
 
 
 @pytest.mark.parametrize("method", ["paper", "refined"])
 def test_the_pipeline_gives_what_it_gave(facezip_image, scans, renderers, method):
-    texture = upload(compress(scans, method=method).reconstruct(EXPRESSION))
-    facezip_image(lambda seed: renderers["skin"].render([texture], VIEWS[1], "studio", SPP, seed).linear[0])
+    skin = upload(SkinMaps(compress(scans, method=method).reconstruct(EXPRESSION)))
+    facezip_image(lambda seed: renderers["skin"].render([skin], VIEWS[1], "studio", SPP, seed).linear[0])

@@ -3,7 +3,8 @@ import pytest
 
 from facezip.files.srgb import decode_srgb
 from render.operator import image_operator
-from render.paired import PairedRenderer, upload
+from render.paired import PairedRenderer
+from render.skins import SkinMaps, upload
 from scenes.cameras import VIEWS, frame_of
 
 SPP = 4
@@ -19,7 +20,7 @@ def paired(head, request):
 
 @pytest.fixture(scope="module")
 def operator(paired, texture):
-    return image_operator(paired[1], texture.shape[:2], VIEWS[1], "studio", SPP, 5)
+    return image_operator(paired[1], SkinMaps(texture), VIEWS[1], "studio", SPP, 5)
 
 
 def random(*shape, seed=0):
@@ -31,11 +32,23 @@ def random(*shape, seed=0):
 def test_it_gives_the_image_of_the_renderer(paired, rig, size):
     _, renderer = paired
     encoded = random(*size, 3)
-    image = renderer.render([upload(encoded)], VIEWS[0], rig, SPP, 3)
-    operator = image_operator(renderer, size, VIEWS[0], rig, SPP, 3)
+    image = renderer.render([upload(SkinMaps(encoded))], VIEWS[0], rig, SPP, 3)
+    operator = image_operator(renderer, SkinMaps(encoded), VIEWS[0], rig, SPP, 3)
     assert image.linear.max() > 0.3
     np.testing.assert_allclose(operator.image(decode_srgb(encoded)), image.linear[0], atol=2e-6)
     np.testing.assert_array_equal(operator.coverage, image.coverage)
+
+
+def test_it_holds_what_the_other_maps_do(paired):
+    _, renderer = paired
+    slopes = 0.3 * random(16, 16, 2, seed=6) - np.float32(0.15)
+    normal = np.concatenate([slopes, np.ones((16, 16, 1), np.float32)], axis=2)
+    normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+    encoded = random(32, 32, 3, seed=7)
+    maps = SkinMaps(encoded, normal, *(random(8, 8, 1, seed=seed) for seed in (8, 9, 10)))
+    image = renderer.render([upload(maps)], VIEWS[0], "studio", SPP, 3).linear[0]
+    operator = image_operator(renderer, maps, VIEWS[0], "studio", SPP, 3)
+    np.testing.assert_allclose(operator.image(decode_srgb(encoded)), image, atol=2e-6)
 
 
 def test_its_transpose_is_the_adjoint(operator):
@@ -65,8 +78,8 @@ def test_every_pixel_looks_up_a_texel_once(operator):
     assert [len(row) > 0 for row in rows] == (operator.coverage > 0).ravel().tolist()
 
 
-def test_equal_seeds_give_equal_bits(paired, operator):
-    again = image_operator(paired[1], operator.texture_size, VIEWS[1], "studio", SPP, 5)
+def test_equal_seeds_give_equal_bits(paired, operator, texture):
+    again = image_operator(paired[1], SkinMaps(texture), VIEWS[1], "studio", SPP, 5)
     for one, other in zip(operator.channels, again.channels, strict=True):
         np.testing.assert_array_equal(one.data, other.data)
         np.testing.assert_array_equal(one.indices, other.indices)

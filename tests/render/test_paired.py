@@ -6,8 +6,10 @@ import sys
 import numpy as np
 import pytest
 
+from facezip.character.gltf import vertex_normals
 from facezip.files.srgb import decode_srgb
-from render.paired import TRANSPORTS, PairedRenderer, stratified, upload
+from render.paired import TRANSPORTS, PairedRenderer, stratified
+from render.skins import SkinMaps, upload
 from scenes.cameras import VIEWS, camera, frame_of
 from scenes.lights import RIGS
 from scenes.materials import MATERIALS
@@ -17,7 +19,7 @@ FRONT = VIEWS[0]
 
 
 def shade(renderer, textures, *arguments):
-    return renderer.render([upload(texture) for texture in textures], *arguments)
+    return renderer.render([upload(SkinMaps(texture)) for texture in textures], *arguments)
 
 
 @pytest.mark.parametrize("rig", list(RIGS))
@@ -46,7 +48,8 @@ import drjit as dr
 dr.set_thread_count(int(sys.argv[1]))
 import numpy as np
 from tests.render.conftest import lumpy_head
-from render.paired import TRANSPORTS, PairedRenderer, stratified, upload
+from render.paired import TRANSPORTS, PairedRenderer, stratified
+from render.skins import SkinMaps, upload
 from scenes.cameras import VIEWS, frame_of
 vertices, topology = lumpy_head()
 texture = np.random.default_rng(0).random((32, 32, 3), dtype=np.float32)
@@ -54,7 +57,7 @@ digest = hashlib.sha256()
 for transport in ("direct", "full"):
     renderer = PairedRenderer(topology, frame_of(vertices), ["studio"], "skin", 48, transport)
     renderer.pose(vertices)
-    digest.update(renderer.render([upload(texture)], VIEWS[1], "studio", 4, 0).linear.tobytes())
+    digest.update(renderer.render([upload(SkinMaps(texture))], VIEWS[1], "studio", 4, 0).linear.tobytes())
 print(digest.hexdigest())
 """
 
@@ -136,8 +139,6 @@ def test_it_agrees_with_mitsubas_own_integrator(head, texture, material, rig, tr
 def _textured(head, bsdf):
     """The head as Mitsuba's own mesh with a textured material, rendered by nothing of ours."""
     import mitsuba as mi
-
-    from render.mesh import vertex_normals
 
     vertices, topology = head
     properties = mi.Properties()

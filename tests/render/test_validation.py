@@ -7,6 +7,7 @@ import pytest
 from facezip import FaceZipError
 from render.exr import read_exr
 from render.settings import Settings
+from render.skins import SkinMaps
 from render.store import RENDERS
 from render.validation import Candidate, validate
 from render.verdict import Limit, Thresholds
@@ -17,21 +18,30 @@ FACTS |= {"texture_rmse": 0.0, "texture_rmse_per_expression": {}}
 SMALL = Settings(resolution=48, spp=2, max_spp=2)
 
 
+def same(character):
+    return Candidate("same", lambda name: SkinMaps(character.texture(name)), FACTS)
+
+
+def brighter(character, amount):
+    return Candidate("brighter", lambda name: SkinMaps(character.texture(name) + np.float32(amount)), FACTS)
+
+
 @pytest.fixture(scope="module")
 def result(character, tmp_path_factory):
     folder = tmp_path_factory.mktemp("validation")
-    brighter = Candidate("brighter", lambda name: np.clip(character.texture(name) + 0.05, 0, 1), FACTS)
-    same = Candidate("same", character.texture, FACTS)
-    return validate(character, [same, brighter], folder, SMALL), folder
+    return validate(character, [same(character), brighter(character, 0.05)], folder, SMALL), folder
+
+
+def assert_identical(pack):
+    for metric in ("image_rmse", "image_rmse_debiased", "flip", "delta_e_mean", "delta_e_p95"):
+        assert pack[metric] == 0
+    assert pack["ssim"] == 1
+    assert pack["psnr"] is None
+    assert pack["level"] == "identical"
 
 
 def test_a_character_against_itself_has_exactly_no_error(result):
-    same = result[0]["packs"][0]
-    for metric in ("image_rmse", "image_rmse_debiased", "flip", "delta_e_mean", "delta_e_p95"):
-        assert same[metric] == 0
-    assert same["ssim"] == 1
-    assert same["psnr"] is None
-    assert same["level"] == "identical"
+    assert_identical(result[0]["packs"][0])
 
 
 def test_a_change_is_seen_and_its_worst_render_named(result):
@@ -60,7 +70,7 @@ def test_the_document_is_strict_json_with_its_conditions(result):
 
 
 def test_the_same_run_gives_the_same_numbers(character, result, tmp_path):
-    again = validate(character, [Candidate("same", character.texture, FACTS)], tmp_path, SMALL)
+    again = validate(character, [same(character)], tmp_path, SMALL)
     noise = [render["noise_floor"] for render in again["renders"]]
     assert {*noise[0]} >= {"image_rmse", "flip", "delta_e_mean", "delta_e_p95", "ssim"}
     assert noise == [render["noise_floor"] for render in result[0]["renders"]]
@@ -82,10 +92,6 @@ def test_resolved_settings_and_versions_are_in_the_result(result):
     assert conditions["lights"] == ["studio", "side"]
     assert conditions["thresholds"]["indistinguishable"] == {"delta_e": 1.0, "flip": 0.05, "local": 2.0}
     assert {"transport", "material", "max_spp", "mitsuba", "pixels_per_degree"} < {*conditions}
-
-
-def brighter(character, amount):
-    return Candidate("brighter", lambda name: np.clip(character.texture(name) + np.float32(amount), 0, 1), FACTS)
 
 
 def one_look(limits, **changes):
@@ -140,12 +146,61 @@ def test_a_changed_candidate_renders_only_what_it_changes(character, finished, t
     document, folder, settings = finished
 
     def texture(name):
-        return np.clip(character.texture(name) + np.float32(0.05 if name == "smile" else 0.02), 0, 1)
+        return SkinMaps(character.texture(name) + np.float32(0.05 if name == "smile" else 0.02))
 
     changed = validate(character, [Candidate("brighter", texture, FACTS)], tmp_path, settings, folder)
     assert changed["rendered"] == 2
     same = [r["packs"] for r in document["renders"] if r["expression"] != "smile"]
     assert [r["packs"] for r in changed["renders"] if r["expression"] != "smile"] == same
+
+
+def test_a_changed_mesh_renders_its_expression_again(character, finished, tmp_path):
+    _, folder, settings = finished
+    vertices = character.meshes.vertices.copy()
+    vertices[character.index("smile"), 0] += np.float32(1e-3)
+    moved = replace(character, vertices=vertices)
+    assert validate(moved, [brighter(moved, 0.02)], tmp_path, settings, folder)["rendered"] == 2
+    # The camera stands where the neutral asks for it: everything is seen anew.
+    moved = replace(character, neutral_vertices=character.meshes.neutral * np.float32(1.001))
+    assert validate(moved, [brighter(moved, 0.02)], tmp_path / "all", settings, folder)["rendered"] == 6
+
+
+def test_a_changed_uv_layout_reuses_nothing(character, finished, tmp_path):
+    _, folder, settings = finished
+    layout = replace(character.meshes.topology, uv=character.meshes.topology.uv * np.float32(0.999))
+    moved = replace(character, topology=layout)
+    assert validate(moved, [brighter(moved, 0.02)], tmp_path, settings, folder)["rendered"] == 6
+
+
+def skin_of(character, **maps):
+    return lambda name: SkinMaps(character.texture(name), **maps)
+
+
+def test_a_skin_of_all_maps_against_itself_has_exactly_no_error(character, tmp_path):
+    rng = np.random.default_rng(0)
+    normal = rng.normal(0, 0.2, (16, 16, 3)).astype(np.float32) + np.array([0, 0, 1], np.float32)
+    normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+    numbers = {name: rng.random((16, 16, 1), np.float32) for name in ("roughness", "specular", "cavity")}
+    every = skin_of(character, normal=normal, **numbers)
+    flat = skin_of(character, **numbers)
+    document = validate(
+        character, [Candidate("same", every, FACTS), Candidate("flat", flat, FACTS)], tmp_path, SMALL, original=every
+    )
+    assert_identical(document["packs"][0])
+    assert document["packs"][1]["image_rmse"] > 1
+
+
+def test_a_map_under_another_name_is_another_skin(character, tmp_path):
+    numbers = np.random.default_rng(1).random((16, 16, 1), np.float32)
+    settings = one_look(Thresholds(), max_spp=4)
+    documents = []
+    for name in ("roughness", "cavity"):
+        maps = skin_of(character, **{name: numbers})
+        earlier = tmp_path / "roughness" if documents else None
+        documents.append(
+            validate(character, [Candidate("one", maps, FACTS)], tmp_path / name, settings, earlier, original=maps)
+        )
+    assert [document["rendered"] for document in documents] == [3, 3]
 
 
 @pytest.mark.parametrize("change", [{"seed": 1}, {"material": "diffuse"}, {"resolution": 40}, {"max_spp": 4}])

@@ -3,10 +3,11 @@ import pytest
 
 from facezip.character.maps import angles
 from facezip.character.tiles import FIRST_TILE
+from facezip.errors import FaceZipError
 from scenes.character import Person, captures, make_character
 from scenes.face.capture import Nuisances, captured
 from scenes.face.expressions import EXPRESSIONS
-from scenes.surface import make_surface
+from scenes.surface import MAPS, make_surface
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +20,8 @@ def test_its_albedo_is_the_embedded_characters(surface):
 
 
 def test_without_nuisances_the_maps_are_the_truth():
-    surface, person = make_surface(128, 2, nuisances=0), Person.make(128)
+    surface, person = make_surface(128, 2, nuisances=0, maps=MAPS), Person.make(128)
+    assert tuple(kind.name for kind in surface.maps[1:]) == MAPS
     for name in surface.expressions:
         truth = person.relief(EXPRESSIONS[name])
         for kind in surface.maps[1:]:
@@ -29,13 +31,26 @@ def test_without_nuisances_the_maps_are_the_truth():
                 expected = np.stack([p, q, np.ones_like(p)], 2) / np.sqrt(1 + p**2 + q**2)[..., None]
                 assert angles(seen, expected.astype(np.float32)).max() < 0.6
             else:
-                assert np.abs(seen - truth.roughness).max() < 0.6 / 255
+                assert np.abs(seen - getattr(truth, kind.name)).max() < 0.6 / 255
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_a_map_does_not_depend_on_which_others_there_are(name):
+    alone, among = make_surface(64, 2, maps=(name,)), make_surface(64, 2, maps=MAPS)
+    assert [kind.name for kind in alone.maps] == ["albedo", name]
+    np.testing.assert_array_equal(alone.parts[name, FIRST_TILE].neutral, among.parts[name, FIRST_TILE].neutral)
+    np.testing.assert_array_equal(alone.parts[name, FIRST_TILE].textures, among.parts[name, FIRST_TILE].textures)
+
+
+def test_a_map_that_there_is_not_is_refused():
+    with pytest.raises(FaceZipError, match="gloss"):
+        make_surface(64, 2, maps=("normal", "gloss"))
 
 
 def test_further_maps_of_a_capture_are_misregistered_as_its_albedo_is():
     person, named = Person.make(64), {"smile": EXPRESSIONS["smile"], "frown": EXPRESSIONS["frown"]}
-    for weights, (albedo, again) in zip(({}, *named.values()), captures(person, named, 1.0), strict=True):
-        repeated = captured(person.texture(weights), Nuisances(), again, registered=not weights)
+    for albedo, posed, again in captures(person, named, 1.0):
+        repeated = captured(posed.texture, Nuisances(), again, registered=not posed.weights)
         np.testing.assert_array_equal(np.rint(repeated * 255), albedo)
 
 

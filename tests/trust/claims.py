@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from facezip import FaceZipError, load_character, save_character
+from facezip import FaceZipError
+from facezip.character.loading import load_character, save_character
 from facezip.files.glb import Glb
 from facezip.files.images import read_texture
 from facezip.files.obj import read_obj

@@ -1,0 +1,48 @@
+"""How skin shines, by its zones: roughness and specular of the neutral, and the hollows that keep light in."""
+
+import numpy as np
+from numba import njit
+
+from scenes.face.skin.noise import fractal, smooth
+from scenes.face.skin.zones import brow, bump, lips, scalp
+
+# Roughness and specular of what is wet: eyes, teeth, the inside of the mouth.
+WET = (0.22, 0.40)
+
+
+@njit(cache=True, nogil=True)
+def oil(x: float, y: float, z: float) -> float:
+    """Where skin is oily, 0..1: the middle of the forehead, the nose, the chin."""
+    front = smooth(1.0, 5.0, z)
+    nose = bump(x, y, 0.0, -2.2, 1.2, 2.2) + 0.5 * bump(x, y, 1.3, -3.3, 0.7, 0.8)
+    forehead, chin = 0.75 * bump(x, y, 0.0, 4.6, 3.4, 2.0), 0.55 * bump(x, y, 0.0, -9.0, 1.5, 1.1)
+    return min(front * (nose + forehead + chin + 0.25 * bump(x, y, 3.9, -1.6, 1.2, 0.9)), 1.0)
+
+
+@njit(cache=True, nogil=True)
+def roughness(x: float, y: float, z: float, texel: float, seed: int) -> float:
+    """Of the neutral, as of a principled BSDF: oily skin and lips are smoother, the shaved scalp and brows are not."""
+    value = 0.53 - 0.19 * oil(x, y, z) + 0.04 * fractal(x, y, z, 2.6, 4, texel, seed + 411)
+    density, _ = brow(x, y) if z > 3 else (0.0, 0.0)
+    return value + 0.06 * scalp(x, y, z) + 0.06 * density - 0.17 * lips(x, y, z)
+
+
+@njit(cache=True, nogil=True)
+def specular(x: float, y: float, z: float, texel: float, seed: int) -> float:
+    """Of the neutral, a reflectance of 0.08 · specular: 0.35 is dry skin, oil and the moisture of lips add to it."""
+    value = 0.35 + 0.17 * oil(x, y, z) + 0.03 * fractal(x, y, z, 1.7, 3, texel, seed + 431)
+    density, _ = brow(x, y) if z > 3 else (0.0, 0.0)
+    return value - 0.08 * scalp(x, y, z) - 0.15 * density + 0.12 * lips(x, y, z)
+
+
+@njit(cache=True, nogil=True)
+def hollow(x: float, y: float, z: float) -> float:
+    """What the hollows of the face keep of a highlight, 0..1: nostrils, the line of the lips, the crease of the lid."""
+    if z < 5:
+        return 0.0
+    nostril = np.sqrt(((abs(x) - 0.70) / 0.46) ** 2 + ((y + 3.86) / 0.36) ** 2)
+    kept = 0.85 * smooth(1.25, 0.6, nostril) * smooth(10.2, 9.7, z)
+    line = abs(y + 6.09) + 0.25 * max(abs(x) - 2.3, 0.0)
+    kept = max(kept, 0.55 * smooth(0.16, 0.0, line) * smooth(2.75, 2.3, abs(x)))
+    crease = abs(y - (1.42 - 0.10 * (abs(x) - 3.1) ** 2))
+    return max(kept, 0.35 * smooth(0.22, 0.0, crease) * smooth(1.6, 1.1, abs(abs(x) - 3.2)))
