@@ -47,7 +47,7 @@ def stated_space(path: Path, spec: Any, channels: int, found: Mapping[bytes, byt
     """
     suffix, profile = path.suffix.lower(), _profile(spec)
     if suffix == ".png":
-        return png_space(found, profile, channels)
+        return png_space(found, channels)
     if suffix == ".exr":
         return _of_exr(spec, profile, channels)
     if suffix == ".bmp":

@@ -69,8 +69,10 @@ class _Conversion:
         self._low, self._high = min(self._low, float(values.min())), max(self._high, float(values.max()))
         if self._space.is_srgb:
             return values
-        light = self._space.light(values)
-        return encode_srgb(light) if self._keeps_range else self._encoded(light)
+        # Of values that are refused at the end, curves may be beyond all numbers.
+        with np.errstate(all="ignore"):
+            light = self._space.light(values)
+            return encode_srgb(light) if self._keeps_range else self._encoded(light)
 
     def _of_integers(self, stored: NDArray[Any]) -> NDArray[Any]:
         whole = np.iinfo(stored.dtype).max

@@ -72,13 +72,17 @@ def _xyz(tag: bytes) -> tuple[float, float, float]:
     return x / 65536, y / 65536, z / 65536
 
 
-def _curves(name: str, tags: list[bytes]) -> Transfer:
-    """Linear light by one curve, or by one for each channel."""
-    curves = [_curve(tag) for tag in tags]
-    for curve in curves:
-        ramp = curve(np.linspace(0, 1, 1024, dtype=np.float32))
-        if not (np.abs(ramp[[0, -1]] - (0, 1)).max() < SLACK and np.diff(ramp).min() > -SLACK):
-            raise ColourFault(f"of {name}, whose curves do not lead from black to white")
+def _curves(name: str, tags: list[bytes]) -> Transfer | None:
+    """Linear light by one curve, or by one for each channel; None where values are that."""
+    curves, steps = [_curve(tag) for tag in tags], np.linspace(0, 1, 1024, dtype=np.float32)
+    # Of a damaged profile they may be beyond all numbers.
+    with np.errstate(all="ignore"):
+        ramps = np.array([curve(steps) for curve in curves])
+        is_sound = np.abs(ramps[:, [0, -1]] - (0, 1)).max() < SLACK and np.diff(ramps).min() > -SLACK
+    if not is_sound:
+        raise ColourFault(f"of {name}, whose curves do not lead from black to white")
+    if np.abs(ramps - steps).max() < 1e-6:
+        return None
     if len(curves) == 1:
         return curves[0]
 
@@ -113,9 +117,7 @@ def _parametric(kind: int, numbers: list[float]) -> Transfer:
         c, d, e, f = 0, -b / a, constant, constant
 
     def transfer(values: NDArray[np.float32]) -> NDArray[np.float32]:
-        # Of a damaged profile it may be beyond all numbers, which is found where curves are checked.
-        with np.errstate(all="ignore"):
-            above = np.power(np.maximum(a * values + b, 0), g) + e
+        above = np.power(np.maximum(a * values + b, 0), g) + e
         return np.where(values >= d, above, c * values + f).astype(np.float32)
 
     return transfer

@@ -1,6 +1,7 @@
 """The small chunks of a PNG that say what its numbers mean, which no image library hands on whole."""
 
 import struct
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -13,11 +14,11 @@ from facezip.files.colour_space import (
     of_gamma,
     of_primaries,
 )
-from facezip.files.icc import profile_space
+from facezip.files.icc import MAX_BYTES, profile_space
 
 WANTED = (b"cICP", b"iCCP", b"sRGB", b"gAMA", b"cHRM", b"eXIf")
-# Of a chunk: Exif with a preview is larger, and what counts of it lies in front.
-MOST = 2**16
+# Of a chunk: profiles of tables are larger, and Exif with a preview is, of which the front counts.
+MOST = 2**20
 UNSPECIFIED = b"\2\2"
 
 
@@ -38,13 +39,12 @@ def chunks(path: Path) -> dict[bytes, bytes]:
     return found
 
 
-def png_space(found: Mapping[bytes, bytes], profile: bytes, channels: int) -> ColourSpace | None:
+def png_space(found: Mapping[bytes, bytes], channels: int) -> ColourSpace | None:
     """The colour space that chunks state, in the order in which they outrank each other (third edition, 4.3).
 
     Parameters
     ----------
     found : the chunks.
-    profile : the unpacked one of the iCCP chunk; empty where the library refused it.
     channels : of the image, without alpha.
 
     Raises
@@ -58,13 +58,19 @@ def png_space(found: Mapping[bytes, bytes], profile: bytes, channels: int) -> Co
             raise ColourFault("of a video's range, or luminance and chroma (cICP)")
         return of_code_points(primaries, transfer)
     if b"iCCP" in found:
-        if not profile:
-            name = found[b"iCCP"].split(b"\0")[0].decode("latin-1")
-            raise ColourFault(f"of the ICC profile '{name}', which is damaged")
-        return profile_space(profile, channels)
+        return profile_space(_unpacked(found[b"iCCP"]), channels)
     if b"sRGB" in found:
         return SRGB
     return _plain(found.get(b"gAMA", b""), found.get(b"cHRM", b""))
+
+
+def _unpacked(chunk: bytes) -> bytes:
+    """The profile of an iCCP chunk, with a limit: libpng keeps some to itself, of colours for an image of grey."""
+    name, _, packed = chunk.partition(b"\0")
+    try:
+        return zlib.decompressobj().decompress(packed[1:], MAX_BYTES)
+    except zlib.error:
+        raise ColourFault(f"of the ICC profile '{name.decode('latin-1')}', which is damaged") from None
 
 
 def _plain(gamma: bytes, chromaticities: bytes) -> ColourSpace | None:

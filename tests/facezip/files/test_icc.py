@@ -1,6 +1,7 @@
 """ICC profiles in every format that has them: colours come as sRGB, and sRGB in any spelling comes unchanged."""
 
 import struct
+from contextlib import suppress
 from io import BytesIO
 
 import colour
@@ -10,7 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image, ImageCms
 
-from facezip.files.icc import SRGB_COLUMNS
+from facezip import FaceZipError
+from facezip.files.colour_space import ColourFault
+from facezip.files.icc import SRGB_COLUMNS, profile_space
 from facezip.files.images import read_texture
 from facezip.files.srgb import decode_srgb, encode_srgb
 from facezip.files.statements import stated
@@ -155,3 +158,43 @@ def test_srgb_columns_are_those_of_colour_science():
     white, d50 = space.matrix_RGB_to_XYZ.sum(axis=1), np.array(profiles.WHITE)
     adapted = colour.adaptation.matrix_chromatic_adaptation_VonKries(white, d50, "Bradford") @ space.matrix_RGB_to_XYZ
     np.testing.assert_allclose(SRGB_COLUMNS, adapted, atol=2e-4)
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_a_profile_of_colours_serves_grey(tmp_path, name):
+    texels = RNG.integers(0, 256, (6, 7, 1)).astype(np.uint8)
+    (tmp_path / "a.png").write_bytes(stored.png(texels, [stored.iccp(PROFILES[name])]))
+    np.testing.assert_array_equal(read_texture(tmp_path / "a.png"), texels)
+    p3 = profiles.icc(profiles.COLUMNS["Display P3"], [profiles.curve(1.0)] * 3)
+    (tmp_path / "b.png").write_bytes(stored.png(texels, [stored.iccp(p3)]))
+    np.testing.assert_array_equal(read_texture(tmp_path / "b.png"), np.rint(encode_srgb(texels / 255) * 255))
+
+
+@pytest.mark.parametrize("is_linear", [True, False])
+def test_floats_with_a_profile_are_what_it_says(tmp_path, is_linear):
+    values = RNG.random((5, 8, 3)).astype(np.float32)
+    curve = profiles.curve(1.0) if is_linear else profiles.SRGB_CURVE
+    profile = profiles.icc(profiles.COLUMNS["sRGB"], [curve] * 3)
+    (tmp_path / "a.tif").write_bytes(stored.tiff(values, 32, 2, [(34675, 1, list(profile))], kind=3))
+    meant = encode_srgb(values) if is_linear else values
+    np.testing.assert_allclose(read_texture(tmp_path / "a.tif"), meant, atol=1e-4)
+
+
+def test_a_damaged_profile_is_refused_by_its_name(tmp_path):
+    kind, content = stored.iccp(PROFILES["parametric"], b"Mine")
+    (tmp_path / "a.png").write_bytes(stored.png(np.zeros((4, 4, 3), np.uint8), [(kind, content[:20] + bytes(90))]))
+    with pytest.raises(FaceZipError, match=r"a\.png: its colours are of the ICC profile 'Mine', which is damaged"):
+        read_texture(tmp_path / "a.png")
+
+
+@given(changes=st.lists(st.tuples(st.integers(0, 1023), st.integers(0, 255)), min_size=1, max_size=8))
+@settings(max_examples=200, deadline=None)
+def test_a_changed_profile_is_read_or_refused(changes):
+    profile = bytearray(
+        profiles.icc(profiles.COLUMNS["ProPhoto"], [some_curve(4, 2.4), some_curve("samples", 2), some_curve(2, 2)])
+    )
+    for at, value in changes:
+        profile[at % len(profile)] = value
+    values = np.linspace(0, 1, 30, dtype=np.float32).reshape(10, 3)
+    with suppress(ColourFault):
+        assert np.isfinite(profile_space(bytes(profile), 3).light(values)).all()
