@@ -6,9 +6,9 @@ import pytest
 
 from facezip.export.web import export_web
 from facezip.pack.write import write_pack
-from tests.browser.conftest import Viewer, viewing
+from tests.browser.conftest import Viewer, served, viewing
 from tests.facezip.conftest import random_model
-from tests.facezip.viewer.models import random_maps
+from tests.facezip.viewer.models import random_maps, random_scans
 
 SHAPES = (
     "browInnerUp", "browDownLeft", "browDownRight", "eyeBlinkLeft", "eyeBlinkRight", "cheekPuff", "jawOpen", "jawLeft",
@@ -92,6 +92,19 @@ def test_one_map_needs_no_menu(context, many):
     with viewing(context, many) as viewer:
         assert viewer.page.get_by_text("Map", exact=True).count() == 0
         assert viewer.page.get_by_text("Clay", exact=True).count() == 0
+
+
+def test_an_original_that_does_not_arrive_is_said(context, tmp_path):
+    model = random_maps()
+    write_pack(model, tmp_path / "a.facezip")
+    with served(tmp_path / "a.facezip", random_scans(model)) as address, context.new_page() as page:
+        page.route("**/tile_0.map_1.original_2.png", lambda route: route.fulfill(status=503))
+        page.goto(address)
+        viewer = Viewer(page)
+        viewer.slide({"expr_2": 1.0})
+        viewer.choose("Side", "Original")
+        words = "Not everything is shown: tile_0.map_1.original_2.png: the server answers 503."
+        page.get_by_text(words, exact=True).wait_for()
 
 
 @pytest.mark.parametrize("size", [(360, 700), (1280, 720)])

@@ -1,6 +1,7 @@
-"""The lock file pins what is bundled and names no place that it came from."""
+"""The lock file pins what is bundled and names no place that it came from; the head is for any page."""
 
 import json
+import re
 
 from facezip.viewer.build import SOURCES
 
@@ -21,3 +22,13 @@ def test_every_package_is_pinned_by_version_and_checksum():
 def test_no_download_address_is_recorded():
     assert "resolved" not in (SOURCES / "package-lock.json").read_text()
     assert "://" not in (SOURCES / "package.json").read_text()
+
+
+def test_the_head_knows_nothing_of_the_page_around_it():
+    sources = [*(SOURCES / "src" / "head").glob("*.ts")]
+    assert sources
+    for source in sources:
+        text = source.read_text()
+        assert all(re.match(r"three(/|$)|\./", place) for place in re.findall(r'from "(.*?)"', text)), source.name
+        # A document there is what Python wrote, not the browser's.
+        assert not re.search(r"\b(window|globalThis|getElementById|querySelector|createElement)\b", text), source.name

@@ -5,6 +5,7 @@ import type { FullScreenQuad } from "three/addons/postprocessing/Pass.js";
 import { COMMON } from "./head/glsl";
 import { drawInto, quad } from "./head/quad";
 import { layersOf } from "./head/document";
+import { emptyArray } from "./head/textures";
 import type { Stage } from "./stage";
 
 const FRAMES = 4;
@@ -30,12 +31,13 @@ export function measureFrames(stage: Stage): FrameTimes {
   const weights = Float32Array.from({ length: all }, (_, n) => (n < count ? 1 / count : 0));
   const [tile] = head.tiles;
   const { source, uniforms } = tile.shader({ first: 0 });
+  const texels = bilinear(renderer, tile.textures[0]);
   const ours = quad(`${COMMON}${source}
 out vec4 colour;
 void main() {
   readWeights(at);
   colour = vec4(first_blend(at), 1.0);
-}`, { ...uniforms, mipmaps: { value: false } });
+}`, { ...uniforms, mipmaps: { value: false }, first_map: { value: texels } });
   const blend = (betas: Float32Array) => tile.prepass.render(betas);
   const every = everyTexture(stage, blend, ours, size, count);
   const draw = (one: FullScreenQuad) => drawInto(renderer, out, 0, () => one.render(renderer));
@@ -46,7 +48,7 @@ void main() {
   const textures = () => draw(every.quad);
   for (const once of [facezip, textures]) seconds(renderer, once, out);
   const rounds = Array.from({ length: ROUNDS }, () => [seconds(renderer, facezip, out), seconds(renderer, textures, out)]);
-  for (const made of [out, every.target]) made.dispose();
+  for (const made of [out, every.target, texels]) made.dispose();
   stage.invalidate();
   return {
     size, expressions: count, fetches: 1 + scene.slots + layersOf(scene.slots) + Number(neutral_bits === 16), rounds: ROUNDS, frames: FRAMES,
@@ -73,6 +75,14 @@ void main() {
   colour = vec4(clamp(sum, 0.0, 1.0), 1.0);
 }`, { textures: { value: target.texture }, weights: { value: new Array(count).fill(1 / count) } });
   return { target, quad: one };
+}
+
+// Both sides are filtered alike: bilinear, without mip-maps.
+function bilinear(renderer: THREE.WebGLRenderer, texture: THREE.DataArrayTexture): THREE.DataArrayTexture {
+  const { width, height, depth } = texture.image;
+  const copy = emptyArray(width, height, depth, { format: texture.format, minFilter: THREE.LinearFilter, magFilter: THREE.LinearFilter });
+  renderer.copyTextureToTexture(texture, copy);
+  return copy;
 }
 
 // Reading one pixel back waits until all is drawn.

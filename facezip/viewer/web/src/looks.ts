@@ -17,7 +17,7 @@ export const CHANGE_RANGE = 64 / 255;
 export const ANGLE_RANGE = 8;
 
 /** What all materials share and follow the state with. */
-export class Look {
+export class Shared {
   readonly uniforms: Record<string, THREE.IUniform>;
 
   constructor(scene: Scene) {
@@ -41,7 +41,7 @@ export class Looks {
   /** One a map. */
   readonly flat: THREE.Material[];
 
-  constructor(scene: Scene, tile: Tile, originals: Originals | null, shared: Look) {
+  constructor(scene: Scene, tile: Tile, originals: Originals | null, shared: Shared) {
     const roles = rolesOf(scene);
     const { source, uniforms } = sided(tile, roles, originals, shared);
     const lookups = Object.fromEntries(Object.entries(roles).map(([role, m]) => [role, { map: scene.maps[m], call: `${role}_seen` }]));
@@ -59,7 +59,7 @@ vec3 albedo_or_clay(vec2 at) { return clay ? vec3(0.62) : albedo_seen(at); }`;
 interface Shader { source: string; uniforms: Record<string, THREE.IUniform> }
 
 /** The blends of some maps, and `NAME_seen(at)`, which is the original at the left of the wipe. */
-function sided(tile: Tile, maps: Record<string, number>, originals: Originals | null, shared: Look): Shader {
+function sided(tile: Tile, maps: Record<string, number>, originals: Originals | null, shared: Shared): Shader {
   const { source, uniforms } = tile.shader(maps);
   const sides = Object.entries(maps).map(([name, m]) => {
     if (originals) uniforms[`${name}_scans`] = { value: originals.texture(tile.number, m) };

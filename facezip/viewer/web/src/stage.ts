@@ -4,7 +4,7 @@ import * as THREE from "three";
 import { byId } from "./dom";
 import { Head } from "./head/head";
 import { rolesOf } from "./head/skin";
-import { Look, Looks } from "./looks";
+import { Looks, Shared } from "./looks";
 import { Orbit } from "./orbit";
 import { Originals } from "./originals";
 import { assets, type Scene } from "./scene";
@@ -17,7 +17,7 @@ export class Stage {
   readonly orbit: Orbit;
   readonly sheet: Sheet;
   private readonly world = new THREE.Scene();
-  private readonly look: Look;
+  private readonly shared: Shared;
   private readonly looks: Looks[];
   private readonly wires = new THREE.MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.16, color: 0xffffff, depthWrite: false });
   private readonly mesh: THREE.Mesh | null;
@@ -27,8 +27,8 @@ export class Stage {
 
   private constructor(readonly scene: Scene, readonly state: State, readonly renderer: THREE.WebGLRenderer, readonly head: Head, readonly originals: Originals | null) {
     const { face } = head;
-    this.look = new Look(scene);
-    this.looks = head.tiles.map((tile) => new Looks(scene, tile, originals, this.look));
+    this.shared = new Shared(scene);
+    this.looks = head.tiles.map((tile) => new Looks(scene, tile, originals, this.shared));
     this.sheet = new Sheet(head, this.wires);
     this.mesh = face ? new THREE.Mesh(face.geometry) : null;
     this.orbit = new Orbit(this.canvas, face?.around ?? new THREE.Sphere(), () => this.draw());
@@ -71,7 +71,7 @@ export class Stage {
     renderer.setPixelRatio(state.exact ? 1 : Math.min(devicePixelRatio, 2));
     renderer.setSize(width, height, false);
     this.blend();
-    this.look.show(state, canvas.width);
+    this.shared.show(state, canvas.width);
     renderer.setRenderTarget(null);
     renderer.setClearColor(0x000000, 0);
     if (state.layout || !this.mesh) this.sheet.draw(renderer, this.looks.map(({ flat }) => flat[state.map]), state);

@@ -41,17 +41,20 @@ function showFacts(scene: Scene): void {
   if (isSingle()) byId("licences").removeAttribute("href");
 }
 
-/** What this GPU cannot do, and what is shown instead. */
+/** What this GPU cannot do, and what is shown instead; and what goes wrong later. */
 function showLimits({ scene, renderer, head, originals, canvas }: Stage): void {
   const { maxTextureSize } = renderer.capabilities;
   const say = (text: string) => byId("limits").append(element("li", {}, text));
+  addEventListener("unhandledrejection", ({ reason }) => say(`Not everything is shown: ${wordsOf(reason)}.`));
   if (head.scale < 1) say(`This GPU has no room for the textures: they are shown at 1/${1 / head.scale} of their size.`);
   if (scene.mesh && maxTextureSize < SHADOW_SIZE) say(`This GPU takes textures of up to ${maxTextureSize} texels: shadows are coarse.`);
   if (scene.originals && !originals) say("This GPU draws no floating-point numbers: the originals cannot be shown.");
   canvas.addEventListener("webglcontextlost", () => say("The GPU has stopped drawing; load the page again."));
 }
 
+const wordsOf = (error: unknown) => (error instanceof Error ? error.message : String(error));
+
 start().catch((error: unknown) => {
-  byId("status").textContent = `Cannot show the pack: ${error instanceof Error ? error.message : String(error)}`;
+  byId("status").textContent = `Cannot show the pack: ${wordsOf(error)}`;
   document.body.classList.add("failed");
 });

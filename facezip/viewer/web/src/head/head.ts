@@ -20,7 +20,7 @@ export class Head {
     const { mesh, tiles } = document;
     const scale = scaleFor(renderer, document);
     const [face, ...made] = await Promise.all([mesh ? readFace(assets, tiles.length) : null, ...tiles.map((_, t) => Tile.open(renderer, document, assets, t, scale))]);
-    if (renderer.getContext().getError() === WebGL2RenderingContext.OUT_OF_MEMORY) throw new Error("its textures do not fit into this GPU's memory");
+    if (renderer.getContext().getError() === renderer.getContext().OUT_OF_MEMORY) throw new Error("its textures do not fit into this GPU's memory");
     const head = new Head(document, face, made, scale);
     head.blend(new Float32Array(document.expressions.length));
     return head;

@@ -34,7 +34,7 @@ export interface Prepass {
 export function prepassOf(renderer: THREE.WebGLRenderer, head: HeadDocument, tile: TileEntry, stored: ArrayBuffer): Prepass {
   const maps = head.uniform ? new Float32Array(stored) : new Uint8Array(stored);
   const type = floatType(renderer);
-  return type ? new DrawnPrepass(renderer, head, tile, maps, type) : new CountedPrepass(head, tile, maps);
+  return type ? new GpuPrepass(renderer, head, tile, maps, type) : new CpuPrepass(head, tile, maps);
 }
 
 /** The widest floats that can be drawn into and filtered; null for none. */
@@ -43,7 +43,7 @@ export function floatType({ extensions }: THREE.WebGLRenderer): THREE.TextureDat
   return extensions.has("EXT_color_buffer_half_float") ? THREE.HalfFloatType : null;
 }
 
-class DrawnPrepass implements Prepass {
+class GpuPrepass implements Prepass {
   readonly combined: THREE.DataArrayTexture;
   private readonly blend: THREE.DataTexture;
   private readonly target: THREE.WebGLArrayRenderTarget;
@@ -69,7 +69,7 @@ class DrawnPrepass implements Prepass {
   }
 }
 
-class CountedPrepass implements Prepass {
+class CpuPrepass implements Prepass {
   readonly combined: THREE.DataArrayTexture;
   private readonly sums: Float32Array;
   private readonly halves: Uint16Array<ArrayBuffer>;

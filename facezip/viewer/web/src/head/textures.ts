@@ -22,7 +22,9 @@ export async function readTexture(renderer: THREE.WebGLRenderer, head: HeadDocum
   const stem = `tile_${t}.map_${m}`;
   const names = [`${stem}.neutral`, ...entry.difference_span.map((_, i) => `${stem}.difference_${i}`), ...(entry.neutral_bits === 16 ? [`${stem}.neutral_low`] : [])];
   const [rows, columns] = entry.size.map((side) => Math.max(1, Math.round(side * scale)));
-  const texture = emptyArray(columns, rows, names.length, formatOf(head.maps[m]));
+  const texture = emptyArray(columns, rows, names.length, {
+    format: formatOf(head.maps[m]), generateMipmaps: true, minFilter: THREE.LinearMipmapLinearFilter, magFilter: THREE.LinearFilter, anisotropy: 4,
+  });
   for (const [layer, name] of names.entries()) {
     const image = new THREE.Texture(await assets.image(name, scale, entry.size));
     texture.mipmapsAutoUpdate = layer === names.length - 1;
@@ -39,9 +41,9 @@ const formatOf = (map: MapEntry) => (map.encoding === "normal" ? THREE.RGFormat 
 
 const texelBytes = (map: MapEntry) => (map.encoding === "normal" ? 2 : map.channels === 1 ? 1 : 4);
 
-function emptyArray(columns: number, rows: number, layers: number, format: THREE.PixelFormat): THREE.DataArrayTexture {
-  const texture = new THREE.DataArrayTexture(null, columns, rows, layers);
-  Object.assign(texture, { format, generateMipmaps: true, minFilter: THREE.LinearMipmapLinearFilter, magFilter: THREE.LinearFilter, anisotropy: 4 });
+/** Layers to be filled by copies. */
+export function emptyArray(columns: number, rows: number, layers: number, options: Partial<THREE.DataArrayTexture>): THREE.DataArrayTexture {
+  const texture = Object.assign(new THREE.DataArrayTexture(null, columns, rows, layers), options);
   texture.source.dataReady = false;
   texture.needsUpdate = true;
   return texture;
