@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.files.images import decode_srgb
+from facezip.machine import memory
 from render.llvm import start
 from render.paired import upload
 from scenes.materials import MATERIALS, bumpy
@@ -41,7 +42,10 @@ Texture = NDArray[np.float32] | SkinMaps
 
 def uploaded(texture: Texture, material: str) -> Any:
     """An albedo ``(H, W, C)``, or a skin of a material, for the renderer."""
-    return upload_skin(texture, material) if isinstance(texture, SkinMaps) else upload(texture)
+    memory.let_go()
+    skin = upload_skin(texture, material) if isinstance(texture, SkinMaps) else upload(texture)
+    memory.let_go()
+    return skin
 
 
 def upload_skin(maps: SkinMaps, material: str) -> Any:
