@@ -14,7 +14,7 @@ RENDERER = 100_000_000
 # Of a sample: its path, and its radiance with each skin.
 PATH, RADIANCE = 40, 12
 # Copies of the largest map while it is made ready.
-COPIES = 4
+COPIES = 5
 # The channels of a map as it is rendered; of all others one.
 CHANNELS = {"albedo": 3, "normal": 3}
 

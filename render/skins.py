@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.files.srgb import decode_srgb
+from facezip.machine import memory
 from render.llvm import start
 from render.shading import Finish
 
@@ -71,7 +72,10 @@ class Skin:
 def upload(maps: SkinMaps) -> Skin:
     """A skin for :meth:`render.paired.PairedRenderer.render`."""
     start()
-    return Skin({name: _texture(_stored(name, values)) for name, values in maps.present.items()})
+    memory.let_go()
+    skin = Skin({name: _texture(_stored(name, values)) for name, values in maps.present.items()})
+    memory.let_go()
+    return skin
 
 
 def _stored(name: str, values: NDArray[np.float32]) -> NDArray[np.float32]:

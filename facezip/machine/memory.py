@@ -163,6 +163,12 @@ def ease() -> None:
         _limit.let_go()
 
 
+def let_go() -> None:
+    """Let all pages go now: before something takes memory that no limit sees, and after it has read arrays."""
+    if _limit is not None:
+        _limit.let_go()
+
+
 def _resident() -> float:
     """Bytes of this process in memory; infinity where the system does not tell."""
     try:
