@@ -4,7 +4,6 @@ import json
 from dataclasses import replace
 
 import numpy as np
-import OpenImageIO as oiio
 import pytest
 
 from facezip import FaceZipError
@@ -25,6 +24,7 @@ from facezip.pack.sampling import bilinear_taps
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import grid_topology
 from tests.facezip.export.conftest import KINDS, layered_model, smooth_model
+from tests.facezip.export.reading import as_exported, texels_of
 from tests.facezip.export.test_textures import code
 from tests.facezip.surfaces import random_surface
 
@@ -87,7 +87,7 @@ def straightforward(folder, blend, kind, read):
 
 
 def reader(folder):
-    return lambda entry: read_texture_exactly(folder / entry["file"]) / 255
+    return lambda entry: texels_of(folder / entry["file"])
 
 
 def test_every_map_of_every_tile_is_there_by_the_document_alone(pack, exported):
@@ -181,42 +181,13 @@ def test_a_part_is_that_of_the_pack(pack):
                 np.testing.assert_array_equal(whole.differences[..., at], part.differences)
 
 
-def interpolated(blocks, size):
-    """Texels ``(H, W)`` in [0, 1] of BC4 blocks of 8 bytes, as the format defines them."""
-    width = size[1]
-    texels = np.empty(size)
-    for number, block in enumerate(blocks):
-        first, second = int(block[0]), int(block[1])
-        steps = 7 if first > second else 5
-        palette = [first, second, *((first * (steps - k) + second * k) / steps for k in range(1, steps)), 0, 255][:8]
-        bits = int.from_bytes(block[2:].tobytes(), "little")
-        top, left = number // (width // 4) * 4, number % (width // 4) * 4
-        codes = np.array([bits >> 3 * k & 7 for k in range(16)])
-        texels[top : top + 4, left : left + 4] = np.array(palette)[codes].reshape(4, 4) / 255
-    return texels
-
-
 @pytest.mark.parametrize("maps", ["together", "apart"])
 def test_others_see_blends_as_far_from_the_pack_as_is_stated(smooth, maps, tmp_path):
     document = TARGETS["godot"](smooth, tmp_path / "out", textures="dds", maps=maps)
     model, name = read_pack(smooth), "expr_1"
-
-    def read(entry):
-        file = tmp_path / "out" / entry["file"]
-        dxgi, (rows, columns) = (
-            int.from_bytes(file.read_bytes()[128:132], "little"),
-            model.parts["normal", 1001].neutral.shape[:2],
-        )
-        if dxgi == 98:
-            return oiio.ImageBuf(str(file)).get_pixels(oiio.UINT8) / 255
-        # OpenImageIO's decoder rounds what GPUs interpolate.
-        channels = {80: 1, 83: 2}[dxgi]
-        content = np.frombuffer(file.read_bytes()[148:][: rows * columns * channels // 2], np.uint8)
-        blocks = content.reshape(-1, channels, 8)
-        return np.stack([interpolated(blocks[:, k], (rows, columns)) for k in range(channels)], axis=2)
-
     for kind in model.maps:
-        seen = straightforward(tmp_path / "out", {name: 1.0}, kind, read)
+        seen = straightforward(tmp_path / "out", {name: 1.0}, kind, reader(tmp_path / "out"))
+        np.testing.assert_allclose(as_exported(model, tmp_path / "out").reconstruct(name, kind.name), seen, atol=1e-5)
         wanted = model.blend({name: 1.0}, kind.name)
         codec = document["maps"][kind.name]["codec"]
         if kind.is_normal:
