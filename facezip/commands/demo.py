@@ -16,6 +16,8 @@ from facezip.pack.errors import albedo_errors, mean_rmse
 
 REPORT = "report"
 PACK = "character.facezip"
+# Most of what a render shows of the loss is the albedo's (docs/maps.md).
+MAP_WEIGHTS = {"normal": 0.25, "roughness": 0.1}
 
 
 @click.command("demo")
@@ -52,7 +54,8 @@ def command(
         save_character(make_surface(resolution, expressions, seed), folder / "character")
         scans = load_character(folder / "character")
         pack = folder / PACK
-        compressed = write_measured(scans, compress(scans), pack, False, Request().stated)
+        request = Request(map_weights=MAP_WEIGHTS)
+        compressed = write_measured(scans, compress(scans, map_weights=MAP_WEIGHTS), pack, False, request.stated)
         (folder / REPORT).mkdir()
         document = validate(
             scans,
