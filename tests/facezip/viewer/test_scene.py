@@ -13,7 +13,6 @@ from facezip.character.maps import ALBEDO, Map
 from facezip.character.tiles import charts
 from facezip.pack.errors import pack_errors
 from facezip.pack.geometry import read_head
-from facezip.pack.model import bilinear_taps
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
 from facezip.viewer.scene import read_scene
@@ -62,10 +61,13 @@ def combined(scene, t, betas):
 
 
 def enlarged(low, size):
-    """Bilinear with clamped borders."""
-    (row0, row1, fy), (column0, column1, fx) = (bilinear_taps(*sides) for sides in zip(size, low.shape, strict=False))
-    rows = low[row0] * (1 - fy)[:, None, None] + low[row1] * fy[:, None, None]
-    return rows[:, column0] * (1 - fx)[:, None] + rows[:, column1] * fx[:, None]
+    """Bilinear with clamped borders, as a GPU samples at the centres of ``size`` texels."""
+    for axis in (0, 1):
+        place = np.clip((np.arange(size[axis]) + 0.5) * low.shape[axis] / size[axis] - 0.5, 0, low.shape[axis] - 1)
+        first, share = np.floor(place).astype(int), (place % 1).reshape((-1, *[1] * (2 - axis)))
+        second = np.minimum(first + 1, low.shape[axis] - 1)
+        low = low.take(first, axis) * (1 - share) + low.take(second, axis) * share
+    return low
 
 
 def shown(scene, t, m, betas):
