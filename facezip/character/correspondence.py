@@ -21,6 +21,8 @@ from facezip.files.obj import Topology
 UV_TOLERANCE = 1e-5
 # Copies of one vertex are the same but for their last digits: how far apart they may be, as a part of the mesh's size.
 COPIES_APART = 1e-5
+# Triangles around a vertex, at most, where meshes are compared by UVs that each of them rounds by itself.
+AROUND = 12
 
 
 def in_order_of(
@@ -133,16 +135,19 @@ def _gather(
 
 def _numbers_of_uvs(topology: Topology, other: Topology, tolerance: float) -> tuple[Indices, Indices] | None:
     """Numbers ``(F, 3)`` of the neutral's UVs at the corners of both meshes; None where UVs leave a doubt."""
-    used, index = np.unique(topology.face_uv, return_inverse=True)
-    tree = cKDTree(topology.uv[used])
-    close = tree.query_pairs(tolerance, p=np.inf, output_type="ndarray")
-    links = coo_array((np.ones(len(close)), (close[:, 0], close[:, 1])), shape=(len(used), len(used)))
+    used, at_corner = np.unique(topology.face_uv, return_inverse=True)
+    points, point = np.unique(topology.uv[used], axis=0, return_inverse=True)
+    tree = cKDTree(points)
+    # Lists that are not shared may hold a point for every triangle around it, with other last digits.
+    gaps, nearest = map(np.asarray, tree.query(points, k=AROUND, p=np.inf, distance_upper_bound=2 * tolerance))
+    close, neighbour = np.nonzero(gaps <= tolerance)
+    links = coo_array((np.ones(len(close)), (close, nearest[close, neighbour])), shape=(len(points), len(points)))
     number = connected_components(links, directed=False)[1].astype(np.intp)
-    mine = number[index.reshape(-1, 3)]
+    mine = number[point.ravel()[at_corner.reshape(-1, 3)]]
     sets = np.sort(mine, axis=1)
     gap, nearest = map(np.asarray, tree.query(other.uv, p=np.inf, distance_upper_bound=2 * tolerance))
     if (
-        (sets[:, 1:] == sets[:, :-1]).any()
+        (sets[:, 0] == sets[:, 2]).any()
         or row_numbers(sets).max() + 1 < len(sets)
         or (gap[other.face_uv] > tolerance).any()
     ):

@@ -70,10 +70,8 @@ def row_numbers(rows: Numbers) -> Indices:
 
 
 def _least_first(triangles: Numbers) -> Indices:
-    """The order ``(F, 3)`` in which each triangle's corners begin with the least number, and its first copy."""
-    rows, first, least = np.arange(len(triangles)), triangles.argmin(axis=1), triangles.min(axis=1)
-    first = np.where(triangles[rows, first - 1] == least, first - 1, first)
-    return (first[:, None] + np.arange(3)) % 3
+    """The order ``(F, 3)`` in which each triangle's corners begin with the least number."""
+    return (triangles.argmin(axis=1)[:, None] + np.arange(3)) % 3
 
 
 def _keys(mine: Numbers, theirs: Numbers) -> tuple[Indices, Indices, NDArray[np.bool_]]:
@@ -138,7 +136,7 @@ class _Polygons(NamedTuple):
 
 
 def _join(edges: Indices, directed: Indices, outline: NDArray[np.bool_]) -> _Polygons | None:
-    """Polygons without holes of triangles with these edges ``(F, 3)``; None where they do not give such.
+    """Polygons of triangles with these edges ``(F, 3)``; None where they do not give any.
 
     Parameters
     ----------
@@ -154,8 +152,6 @@ def _join(edges: Indices, directed: Indices, outline: NDArray[np.bool_]) -> _Pol
     polygon = connected_components(links, directed=False)[1].astype(np.intp)
     sides, whose = directed[outline], polygon[triangle[outline]]
     order = np.argsort(sides)
-    # A polygon of n corners without holes is cut into n - 2 triangles.
-    counts = np.bincount(whose, minlength=polygon.max() + 1) - 2
-    if len(np.unique(sides)) < len(sides) or not np.array_equal(counts, np.bincount(polygon)):
+    if len(np.unique(sides)) < len(sides):
         return None
     return _Polygons(polygon, sides[order], whose[order])

@@ -3,7 +3,7 @@
 Expressions must keep the order that they share, so a reader has to give the file's own vertices, UVs and indices.
 Twelve kept ones were measured, on a head of 25,728 vertices and 51,072 triangles and on 83 spellings and faults: tabs,
 line ends, continued lines, negative indices, missing UVs, NaN. None is right on all, and none says what it leaves out.
-Milliseconds, and how many are wrong without a word: this reader 17 and 0; tinyobjloader 2.0rc13 159 and 28 (its lists;
+Milliseconds, and how many are wrong without a word: this reader 14 and 0; tinyobjloader 2.0rc13 159 and 28 (its lists;
 its arrays are zeros beside numpy 2); trimesh 5.2 140 and 17; libigl 2.6 117 and 11; VTK 9.7 27 and 21; assimp 29 and
 21; PyWavefront 391 and 17; pymeshlab 46 and 43; OpenMesh 87 and 51. Of the others, meshio, potpourri3d and point-
 cloud-utils give no indices of UVs, and rapidobj is not built for Python 3.11.
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.objlines import LineFault, Lines
 from facezip.files.objlists import MAX_COORDINATE as MAX_COORDINATE
-from facezip.files.objlists import occurrences
+from facezip.files.objlists import PART, occurrences
 from facezip.files.reading import reading
 
 # Ten times a film's face. A line takes about a hundred bytes of memory while it is read.
@@ -114,7 +114,7 @@ def _text(path: Path) -> bytearray:
     text, lines = bytearray(), 0
     with open(path, "rb") as file:
         fits = os.fstat(file.fileno()).st_size <= MAX_BYTES
-        while fits and (part := file.read(2**20)):
+        while fits and (part := file.read(PART)):
             text += part
             lines += occurrences(part, b"\n") + occurrences(part, b"\r")
             fits = lines <= MAX_LINES
@@ -128,7 +128,9 @@ def _text(path: Path) -> bytearray:
             return bytearray(text.decode("utf-16").encode())
         except UnicodeDecodeError:
             raise _MeshFault("begins as UTF-16 and goes on as something else; export the mesh again") from None
-    return text.removeprefix(codecs.BOM_UTF8)
+    if text.startswith(codecs.BOM_UTF8):
+        del text[: len(codecs.BOM_UTF8)]
+    return text
 
 
 def _mesh(text: bytearray) -> tuple[NDArray[np.float32], Topology]:
@@ -174,8 +176,9 @@ def _materials(
     """Names that triangles have and which of them each has, by how many polygons came before each change."""
     if not changes:
         return ("",), None
-    names = list(dict.fromkeys(["", *(name for _, name in changes)]))
-    number = np.array([0, *(names.index(name) for _, name in changes)])
+    numbers = {"": 0}
+    number = np.array([0, *(numbers.setdefault(name, len(numbers)) for _, name in changes)])
     change = np.searchsorted([before for before, _ in changes], polygon, side="right")
     used, face_material = np.unique(number[change], return_inverse=True)
+    names = list(numbers)
     return tuple(names[k] for k in used), face_material if len(used) > 1 else None

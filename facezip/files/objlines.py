@@ -24,7 +24,7 @@ REFUSED = {
     b"call": "takes in another file; export everything as one mesh",
     b"csh": "runs a command, which is not done; remove the line",
 }
-_NUMBER = re.compile(rb"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_NUMBER = re.compile(rb"[+-]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?")
 _CORNER = re.compile(rb"([+-]?\d+)/([+-]?\d+)(?:/([+-]?\d+)?)?")
 # Normals of triangles without area are often no numbers.
 _NO_NUMBER = re.compile(rb"[+-]?(?:nan(?:\(\w*\))?|inf(?:inity)?|\d\.#\w+)", re.IGNORECASE)
@@ -107,6 +107,7 @@ class Lines:
 
     def _whole_line(self, at: int) -> tuple[bytes, int]:
         parts: list[bytes] = []
+        key = b""
         while True:
             end = _LINE_END.search(self._text, at)
             if end is None:
@@ -117,7 +118,8 @@ class Lines:
             if not part.endswith(b"\\"):
                 return b"".join([*parts, part]), at
             parts.append(part[:-1])
-            if b"#" in part or not {*_words(b"".join(parts))[:1]} <= CONTINUED:
+            key = key or b"".join(_words(parts[-1])[:1])
+            if b"#" in part or (key and key not in CONTINUED):
                 raise self._fault(
                     "ends in a backslash, which makes the next line a part of it or does not, as programs differ; "
                     "remove the backslash"

@@ -10,6 +10,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 MAX_COORDINATE = 1e30
+# Bytes that are looked at together: few enough that their memory is used again.
+PART = 2**18
 
 _F, _N, _T, _V, _E, _ZERO, _NINE = b"fntve09"
 _PLUS, _MINUS, _POINT, _SLASH, _REMARK, _BACKSLASH = b"+-./#\\"
@@ -26,7 +28,6 @@ _MOST_NUMBERS = 7
 _POWERS = 10.0 ** np.arange(64)
 # Ten units in the last place of a float64: twice what a long mantissa, a power and their product can be off.
 _DOUBT = 1e-15
-_PART = 2**18
 # More than any list holds.
 _NORMALS = 2**40
 # Columns of ``Lists.counts``.
@@ -73,22 +74,23 @@ def occurrences(text: bytes | bytearray, byte: bytes) -> int:
     """How often a byte occurs; ``bytes.count`` takes five times as long where that is often."""
     values = np.frombuffer(text, np.uint8)
     return sum(
-        int(np.count_nonzero(values[begin : begin + _PART] == ord(byte))) for begin in range(0, len(values), _PART)
+        int(np.count_nonzero(values[begin : begin + PART] == ord(byte))) for begin in range(0, len(values), PART)
     )
 
 
 @njit(cache=True, nogil=True)
 def read_plain_lines(text: NDArray[np.uint8], at: int, lists: Lists) -> int:
     """Read lines of ``text``, which ends in a line end, from ``at`` on; where the first begins that is not plain."""
+    vertices, uv, corners, faces, counts, numbers = lists
     while at < len(text):
         begin = at
         at = _skip_blanks(text, at)
         if text[at] == _REMARK:
             at = _skip_remark(text, at)
         elif text[at] == _F and _KINDS[text[at + 1]] == _BLANK:
-            at = _read_face(text, at + 1, begin, lists)
+            at = _read_face(text, at + 1, begin, corners, faces, counts)
         elif text[at] == _V:
-            at = _read_numbers(text, at + 1, lists)
+            at = _read_numbers(text, at + 1, vertices, uv, counts, numbers)
         elif _KINDS[text[at]] != _LINE_END:
             at = -1
         if at < 0:
@@ -105,14 +107,21 @@ def _skip_remark(text: NDArray[np.uint8], at: int) -> int:
 
 
 @_inner
-def _read_numbers(text: NDArray[np.uint8], at: int, lists: Lists) -> int:
+def _read_numbers(
+    text: NDArray[np.uint8],
+    at: int,
+    vertices: NDArray[np.float32],
+    uv: NDArray[np.float32],
+    counts: NDArray[np.int64],
+    numbers: NDArray[np.float64],
+) -> int:
     """Read what follows the ``v`` of a ``v``, ``vt`` or ``vn`` line; the line's end, or -1."""
     key = text[at]
     is_uv, is_normal = key == _T, key == _N
     at += is_uv or is_normal
     if _KINDS[text[at]] != _BLANK:
         return -1
-    count, numbers = 0, lists.numbers
+    count = 0
     at = _skip_blanks(text, at)
     while _KINDS[text[at]] != _LINE_END:
         if count == len(numbers):
@@ -127,16 +136,16 @@ def _read_numbers(text: NDArray[np.uint8], at: int, lists: Lists) -> int:
     if is_uv:
         if count != 2 and count != 3:
             return -1
-        row = lists.counts[UVS]
-        lists.uv[row, 0], lists.uv[row, 1] = numbers[0], numbers[1]
-        lists.counts[UVS] += 1
+        row = counts[UVS]
+        uv[row, 0], uv[row, 1] = numbers[0], numbers[1]
+        counts[UVS] += 1
         return at
     if count < 3 or count == 5 or (count == 4 and numbers[3] != 1):
         return -1
-    row = lists.counts[VERTICES]
+    row = counts[VERTICES]
     for column in range(3):
-        lists.vertices[row, column] = numbers[column]
-    lists.counts[VERTICES] += 1
+        vertices[row, column] = numbers[column]
+    counts[VERTICES] += 1
     return at
 
 
@@ -182,9 +191,15 @@ def _digits(text: NDArray[np.uint8], at: int, value: int) -> tuple[int, int, int
 
 
 @_inner
-def _read_face(text: NDArray[np.uint8], at: int, begin: int, lists: Lists) -> int:
+def _read_face(
+    text: NDArray[np.uint8],
+    at: int,
+    begin: int,
+    corners: NDArray[np.int32],
+    faces: NDArray[np.int32],
+    counts: NDArray[np.int64],
+) -> int:
     """Read the corners ``v/vt``, ``v/vt/`` or ``v/vt/vn`` of a face, all alike; the line's end, or -1."""
-    counts, corners = lists.counts, lists.corners
     vertices, uvs = counts[VERTICES], counts[UVS]
     corner, alike = counts[CORNERS], 0
     at = _skip_blanks(text, at)
@@ -212,7 +227,7 @@ def _read_face(text: NDArray[np.uint8], at: int, begin: int, lists: Lists) -> in
     if corner < counts[CORNERS] + 3:
         return -1
     counts[CORNERS] = corner
-    lists.faces[counts[FACES], 0], lists.faces[counts[FACES], 1] = corner, begin
+    faces[counts[FACES], 0], faces[counts[FACES], 1] = corner, begin
     counts[FACES] += 1
     return at
 

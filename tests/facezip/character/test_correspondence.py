@@ -150,6 +150,17 @@ def test_a_neutral_with_copies_of_its_vertices_takes_a_mesh_without(case):
     np.testing.assert_array_equal(ordered(apart, seen), meant.vertices[neutral.topology.faces].reshape(-1, 3))
 
 
+@settings(deadline=None)
+@given(written())
+def test_a_neutral_whose_uvs_differ_in_their_last_digits_at_every_corner_is_the_same(case):
+    neutral, meant, seen, rng = case
+    noise = rng.uniform(-1e-6, 1e-6, (neutral.topology.faces.size, 2)).astype(np.float32)
+    loose = unshared_uvs(rng, neutral)
+    loose = loose.with_topology(uv=loose.topology.uv + noise)
+    used = np.unique(neutral.topology.faces)
+    np.testing.assert_array_equal(ordered(loose, seen)[used], meant.vertices[used])
+
+
 def mirrored(rng, mesh):
     return mesh.with_topology(uv=mesh.topology.uv * np.float32([-1, 1]) + np.float32([1, 0]))
 
@@ -241,6 +252,23 @@ def test_parts_with_the_same_uvs_are_told_apart_by_their_order_alone():
     np.testing.assert_array_equal(ordered(neutral, seen)[used], neutral.vertices[used])
     with pytest.raises(FaceZipError, match="is not one of the neutral's"):
         ordered(neutral, reordered(rng, seen))
+
+
+@pytest.mark.parametrize("corners", [[0, 0, 1], [0, 1, 0], [1, 0, 0]])
+def test_a_triangle_of_two_vertices_may_begin_at_any_corner(corners):
+    neutral = sheet(np.random.default_rng(0), 3)
+    faces = [np.concatenate([neutral.topology.faces, np.array([each], np.int32)]) for each in ([0, 0, 1], corners)]
+    mesh, seen = (neutral.with_topology(faces=each, face_uv=each) for each in faces)
+    np.testing.assert_array_equal(ordered(mesh, seen), neutral.vertices)
+
+
+def test_a_triangle_without_area_in_the_uvs_may_begin_at_any_corner_and_is_refused():
+    rng = np.random.default_rng(0)
+    neutral = soup(rng, unshared_uvs(rng, sheet(rng, 4)))
+    neutral.topology.uv[:3] = neutral.topology.uv[0]
+    np.testing.assert_array_equal(ordered(neutral, renumbered(rng, neutral)), neutral.vertices)
+    with pytest.raises(FaceZipError, match="is not one of the neutral's"):
+        ordered(neutral, reordered(rng, renumbered(rng, neutral)))
 
 
 def test_a_polygon_may_be_cut_in_any_way():

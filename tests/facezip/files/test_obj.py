@@ -138,6 +138,7 @@ def test_a_line_that_is_not_understood_is_refused_with_its_number(place, case, d
         (SQUARE + "f 1/1 2/2/1 3/3\n", "line 9: some of the corners have normals"),
         (SQUARE + "f 1/1/0 2/2/1 3/3/1\n", "line 9: a corner has the normal 0"),
         (SQUARE + "f 1/1/1/1 2/2/1/1 3/3/1/1\n", "line 9: the corner '1/1/1/1' is not vertex/uv"),
+        (SQUARE + "f 1/1/1/ 2/2/1/ 3/3/1/\n", "line 9: the corner '1/1/1/' is not vertex/uv"),
         (SQUARE + "f 1/1 2/2\n", "line 9: a face has at least 3 corners, this one 2"),
         (SQUARE + "f 1/1 2/2 9/3\n", "line 9: there is no vertex 9"),
         (SQUARE + "f 1/1 2/2 3/9\n", "line 9: there is no UV 9"),
@@ -188,8 +189,11 @@ def test_numbers_of_any_length_are_read_as_python_reads_them(place):
         f"{rng.choice(['', '-', '+'])}{number:.{rng.integers(0, 40)}{rng.choice(list('feg'))}}"
         for number in np.abs(rng.normal(size=3000)) * 10.0 ** rng.integers(-40, 20, 3000)
     ]
-    # Half-way between two float32, and a little beside.
-    written += ["1.00000005960464477539", "1.000000059604644775390625", "1.0000000596046447753906250000001"]
+    # Half-way between two float32, and the next float64 beside.
+    low = np.abs(rng.normal(size=500)).astype(np.float32)
+    half = (low.astype(float) + np.nextafter(low, np.float32(9)).astype(float)) / 2
+    beside = np.concatenate([half, np.nextafter(half, 0), np.nextafter(half, 9)])
+    written += [f"{number:.{digits}g}" for number in beside for digits in (17, 18, 30)]
     rows = "".join(f"v {' '.join(written[k : k + 3])}\n" for k in range(0, len(written), 3))
     vertices, _ = read(place, rows + LAYOUT)
     np.testing.assert_array_equal(vertices.ravel(), np.array([*map(float, written)]).astype(np.float32))
