@@ -166,15 +166,12 @@ def test_floats_beyond_the_range_come_back(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
-        (("export", "PACK", "--to", "web", "-o", "OUT"), ExitCode.BAD_INPUT, "several maps or tiles"),
-        (("compress", "SCANS", "-o", "OUT", "--target-rmse", "2"), ExitCode.USAGE, "one albedo"),
         (("compress", "SCANS", "-o", "OUT", "--map-weight", "gloss=1"), ExitCode.BAD_INPUT, "gloss"),
         (("compress", "SCANS", "-o", "OUT", "--map-weight", "normal"), ExitCode.BAD_INPUT, "MAP=0.5"),
-        (("importance", "SCANS", "-o", "OUT"), ExitCode.BAD_INPUT, "2 UDIM tiles"),
     ],
 )
-def test_what_is_for_one_albedo_says_so(scans, pack, tmp_path, arguments, code, message):
-    places = {"PACK": pack[0], "SCANS": scans, "OUT": tmp_path / "out"}
+def test_a_weight_of_no_map_is_refused(scans, tmp_path, arguments, code, message):
+    places = {"SCANS": scans, "OUT": tmp_path / "out"}
     done = run(*(places.get(word, word) for word in arguments))
     assert done.returncode == code
     assert message in done.stderr
