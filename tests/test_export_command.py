@@ -208,10 +208,23 @@ def test_guides_state_the_settings_that_break_a_blend(either):
     assert len(guide.splitlines()) < 60
 
 
-@pytest.mark.parametrize(("target", "option"), [("web", "--textures"), ("unity", "--character")])
-def test_an_option_of_another_target_is_refused(run, pack, tmp_path, target, option):
-    value = "png" if option == "--textures" else tmp_path
+OPTIONS_OF_OTHERS = {"--textures": "web png", "--maps": "web apart", "--memory": "web 1G", "--character": "unity scans"}
+
+
+@pytest.mark.parametrize("option", OPTIONS_OF_OTHERS)
+def test_an_option_of_another_target_is_refused(run, pack, tmp_path, option):
+    target, value = OPTIONS_OF_OTHERS[option].split()
     code, _, err = run("export", pack, "--to", target, option, value, "-o", tmp_path / "x")
     assert code == ExitCode.USAGE
     assert option in err
     assert not (tmp_path / "x").exists()
+
+
+def test_maps_apart_are_said_with_their_blocks(run, layered, tmp_path):
+    line = ("export", layered, "--to", "unity", "--textures", "dds", "--maps", "apart", "-o", tmp_path / "out")
+    code, shown, error = run(*line)
+    assert (code, error) == (0, "")
+    for name, codec in (("albedo", "bc7"), ("normal", "bc5"), ("roughness", "bc4"), ("cavity", "bc4")):
+        assert f"  {name}: {codec} adds" in shown
+        textures = [file for file in (tmp_path / "out" / "1002").iterdir() if file.suffix == f".{codec}"]
+        assert any(file.name == f"{name}_neutral.{codec}".removeprefix("albedo_") for file in textures)

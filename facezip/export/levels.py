@@ -15,7 +15,7 @@ from facezip.files.images import Texels, to_float
 from facezip.fit.sweep import solve_texture
 from facezip.machine import memory
 from facezip.machine.progress import track
-from facezip.machine.rows import by_rows, map_rows, sum_rows
+from facezip.machine.rows import by_rows, sum_rows, write_rows
 from facezip.pack.model import Part, blended_rows
 
 
@@ -45,7 +45,8 @@ def averaged_levels(sheet: Sheet, part: Part, pyramid: Pyramid, codec: Codec) ->
         mean = codec.round_trip(_bytes_of(neutral))
         seen = memory.empty((len(differences), *differences[0].shape), np.float32)
         for slot, difference in enumerate(differences):
-            seen[slot] = sheet.difference(codec.round_trip(sheet.steps(difference, slot)), slot)
+            shown = sheet.difference(codec.round_trip(sheet.steps(difference, slot)), slot)
+            write_rows(shown.__getitem__, seen[slot])
         yield Level(Part(sheet.unpacked(mean), seen))
 
 
@@ -120,26 +121,15 @@ def _fit(
     seen, corrections = memory.zeros(plain.shape, np.float32), memory.zeros(plain.shape, np.float32)
     samples = _wrong(sheet, Part(neutral, plain), stack, fill)
     for slot, name in reversed([*enumerate(names)]):
-        wanted = fill(_sum(plain[slot], solve_texture(samples, weights, corrections, slot)))
-        _put(sheet.difference(store(name, sheet.steps(wanted, slot)), slot), plain[slot], seen[slot], corrections[slot])
+        wanted = fill(_combined(np.add, plain[slot], solve_texture(samples, weights, corrections, slot)))
+        shown = sheet.difference(store(name, sheet.steps(wanted, slot)), slot)
+        write_rows(shown.__getitem__, seen[slot])
+        write_rows(_combined(np.subtract, shown, plain[slot]).__getitem__, corrections[slot])
     return Level(Part(neutral, seen), store.stored, store.loss)
 
 
-def _sum(one: NDArray[np.float32], other: NDArray[np.float32]) -> NDArray[np.float32]:
-    return by_rows(lambda rows: one[rows] + other[rows], one.shape, np.float32)
-
-
-def _put(
-    difference: NDArray[np.float32],
-    plain: NDArray[np.float32],
-    seen: NDArray[np.float32],
-    correction: NDArray[np.float32],
-) -> None:
-    def block(top: int, bottom: int) -> None:
-        seen[top:bottom] = difference[top:bottom]
-        correction[top:bottom] = difference[top:bottom] - plain[top:bottom]
-
-    map_rows(block, len(difference))
+def _combined(how: np.ufunc, one: NDArray[np.float32], other: NDArray[np.float32]) -> NDArray[np.float32]:
+    return by_rows(lambda rows: how(one[rows], other[rows]), one.shape, np.float32)
 
 
 def _wrong(sheet: Sheet, part: Part, stack: NDArray[np.uint16], fill: Fill) -> Samples:

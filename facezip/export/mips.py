@@ -21,7 +21,7 @@ from facezip.export.sheets import Sheet
 from facezip.files.srgb import decode_srgb, encode_srgb
 from facezip.machine import memory
 from facezip.machine.progress import track
-from facezip.machine.rows import by_rows, map_rows
+from facezip.machine.rows import by_rows, write_rows
 from facezip.pack.model import Part, blended_rows
 
 # The finest step of 16 bits, in which the targets of the fit are kept.
@@ -92,15 +92,12 @@ def targets(sheet: Sheet, part: Part, pyramid: Pyramid) -> list[NDArray[np.uint1
     for n in track(range(count), "Mip-maps", count):
         whole = by_rows(blended_rows(part, sheet.weights[n]), part.neutral.shape, np.float32)
         for stack, level in zip(stacks, pyramid.looks(sheet, whole), strict=True):
-            _write_wide(level, stack[n])
+            write_rows(_wide(level).__getitem__, stack[n])
     return stacks
 
 
-def _write_wide(values: NDArray[np.float32], out: NDArray[np.uint16]) -> None:
-    def block(top: int, bottom: int) -> None:
-        out[top:bottom] = np.rint(values[top:bottom] * WIDE)
-
-    map_rows(block, len(out))
+def _wide(values: NDArray[np.float32]) -> NDArray[np.uint16]:
+    return by_rows(lambda rows: np.rint(values[rows] * WIDE), values.shape, np.uint16)
 
 
 def _shrunk(values: NDArray[np.float32], down: csr_array, across: csr_array) -> NDArray[np.float32]:

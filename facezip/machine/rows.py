@@ -60,11 +60,16 @@ def by_rows(
 ) -> NDArray[Any]:
     """An array whose rows are ``values(rows)``, a block of them at a time; rows lie along ``axis``."""
     out = memory.empty(shape, dtype)
+    write_rows(values, out, axis)
+    return out
+
+
+def write_rows(values: Callable[[slice], NDArray[Any]], out: NDArray[Any], axis: int = 0) -> None:
+    """As :func:`by_rows`, into an array that is there."""
     before = (slice(None),) * axis
 
     def block(top: int, bottom: int) -> None:
         rows = slice(top, bottom)
         out[(*before, rows)] = values(rows)
 
-    map_rows(block, shape[axis])
-    return out
+    map_rows(block, out.shape[axis])

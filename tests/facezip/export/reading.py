@@ -15,21 +15,23 @@ CHANNELS = {80: 1, 83: 2}
 HEADER = 148
 
 
-def texels_of(file):
-    """The finest level of a texture, ``(H, W, C)`` in [0, 1], as a sampler sees it."""
+def texels_of(file, cut=False):
+    """The finest level of a texture, ``(H, W, C)`` in [0, 1], as a sampler sees it.
+
+    ``cut`` says that the sampler cuts what BC4 and BC5 interpolate down to 8 bits, as those of software do.
+    """
     if file.suffix == ".png":
         return to_float(read_texture_exactly(file))
     content = np.frombuffer(file.read_bytes(), np.uint8)
     height, width, dxgi = (int.from_bytes(content[at : at + 4].tobytes(), "little") for at in (12, 16, 128))
     if dxgi not in CHANNELS:
         return to_float(oiio.ImageBuf(str(file)).get_pixels(oiio.UINT8))
-    # OpenImageIO's decoder rounds what GPUs interpolate.
     channels = CHANNELS[dxgi]
     blocks = content[HEADER:][: height * width * channels // 2].reshape(-1, channels, 8)
-    return np.stack([interpolated(blocks[:, k], (height, width)) for k in range(channels)], axis=2)
+    return np.stack([interpolated(blocks[:, k], (height, width), cut) for k in range(channels)], axis=2)
 
 
-def interpolated(blocks, size):
+def interpolated(blocks, size, cut=False):
     """Texels ``(H, W)`` in [0, 1] of blocks of BC4, 8 bytes each, as the format defines them."""
     width = size[1]
     texels = np.empty(size, np.float32)
@@ -40,12 +42,13 @@ def interpolated(blocks, size):
         bits = int.from_bytes(block[2:].tobytes(), "little")
         top, left = number // (width // 4) * 4, number % (width // 4) * 4
         codes = np.array([bits >> 3 * k & 7 for k in range(16)])
-        texels[top : top + 4, left : left + 4] = np.array(palette)[codes].reshape(4, 4) / 255
+        values = np.array(palette)[codes].reshape(4, 4)
+        texels[top : top + 4, left : left + 4] = (np.floor(values) if cut else values) / 255
     return texels
 
 
-def as_exported(model, folder):
-    """The textures of a pack of one tile as its export holds them."""
+def as_exported(model, folder, cut=False):
+    """The textures of a pack of one tile as its export holds them; ``cut`` as of :func:`texels_of`."""
     facts = json.loads((folder / "facezip.json").read_text())
     textures, parts, (tile,) = facts["textures"], {}, model.tiles
     for kind in model.maps:
@@ -53,7 +56,7 @@ def as_exported(model, folder):
         channels = place["channels"]
 
         def texels(name, channels=channels):
-            return np.ascontiguousarray(texels_of(folder / textures[name]["file"])[..., channels])
+            return np.ascontiguousarray(texels_of(folder / textures[name]["file"], cut)[..., channels])
 
         neutral = np.asarray(unpacked_neutral(texels(place["neutral"]), kind), np.float32)
         values = [
