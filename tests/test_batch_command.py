@@ -91,7 +91,7 @@ def test_a_second_run_makes_what_changed_and_keeps_the_rest(batch, scans, tmp_pa
     shutil.copytree(scans, changed)
     sources = [changed / name for name in NAMES]
     batched(output, *sources)
-    (output / "c1.facezip" / "neutral.png").write_bytes(b"damaged")
+    (output / "c1.facezip" / "albedo.1001.neutral.png").write_bytes(b"damaged")
     texture = read_texture(changed / "c2" / "expr_0.png")
     write_texture(changed / "c2" / "expr_0.png", 255 - texture)
     entries, document, _ = batched(output, *sources)

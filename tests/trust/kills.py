@@ -95,7 +95,7 @@ def _judge(packs: Packs, case: str, faults: dict[str, int], examples: list[str])
     lost = packs.lost()
     packs.write(0)
     leftovers = packs.leftovers()
-    for fault, found in zip(faults, (lost or packs.lost(), leftovers), strict=True):
+    for fault, found in zip(("lost", "leftovers after the next run"), (lost or packs.lost(), leftovers), strict=True):
         if found:
             faults[fault] += 1
             examples.append(f"{case}: {found}")
@@ -171,7 +171,8 @@ def _full_disk(work: Path, count: int) -> Row:
                 faults["no clear error"] += 1
                 examples.append(f"{room} bytes: {message}")
             (work / "ballast").unlink()
-            _judge(packs, f"{room} bytes", dict.fromkeys(list(faults)[:2], 0), examples) if message else None
+            if message:
+                _judge(packs, f"{room} bytes", faults, examples)
         return Row(what, count, faults, f"{refused} refused", tuple(examples))
 
 
