@@ -66,4 +66,5 @@ HEADS = {
     "mirrored": mirrored(head(layered_model(kinds=KINDS[:4:2]))),
     "tiles, one without faces": head(layered_model(kinds=KINDS[:4:3], tiles=(1001, 1002, 1004)), empty=(1002,)),
     "in blocks": of(smooth_model(meshes=False)),
+    "maps in blocks": head(layered_model(smooth_model, (KINDS[0], KINDS[2], KINDS[3]))),
 }
