@@ -56,7 +56,7 @@ def test_own_scans_are_measured_as_they_are_stored(tmp_path, dtype):
     conditions = json.loads(done.stdout)["conditions"]
     assert (conditions["character"], conditions["seed"], conditions["texels"]) == ("scans", None, np.dtype(dtype).name)
     assert before == {path: path.read_bytes() for path in (tmp_path / "scans").iterdir()}
-    assert load_character(tmp_path / "scans").mask.all()
+    assert load_character(tmp_path / "scans").first.mask.all()
 
 
 @pytest.mark.parametrize(

@@ -56,7 +56,7 @@ def other_topology(place):
 
 def damaged(place):
     write_pack(random_model(), place / "a.facezip")
-    os.truncate(place / "a.facezip" / "neutral.png", 100)
+    os.truncate(place / "a.facezip" / "albedo.1001.neutral.png", 100)
     verify_pack(place / "a.facezip")
 
 
@@ -109,7 +109,7 @@ CASES = {
     ErrorCode.BAD_CHARACTER: lambda place: scans_with(place, "expr_0.tif", b""),
     ErrorCode.BAD_PACK: lambda place: signed(place, {"channels": 5}),
     ErrorCode.DAMAGED_PACK: damaged,
-    ErrorCode.OTHER_FORMAT: lambda place: signed(place, {"format": "facezip-pack/2"}),
+    ErrorCode.OTHER_FORMAT: lambda place: signed(place, {"format": "facezip-pack/4"}),
     ErrorCode.UNKNOWN_NAME: lambda place: random_model().blend({"nobody": 1.0}),
     ErrorCode.BAD_VALUE: lambda place: random_model().blend({"expr_0": float("inf")}),
     ErrorCode.OUT_OF_REACH: lambda place: choose(SCANS, budget_bytes=1),

@@ -58,12 +58,10 @@ def test_compress_states_the_error_of_each_map_as_it_was_written(scans, pack):
     assert document["rmse"] == document["errors"]["albedo"]["rmse"]
     surface, model = load_character(scans), read_pack(path)
     kind, seen = surface.maps[1], []
-    for name in surface.whole.expressions:
-        one = [
-            angles(kind.values(surface.parts["normal", tile].texture(name)), model.blend(kind, tile, {name: 1}))
-            for tile in surface.tiles
-        ]
-        seen.append(np.mean(one))
+    for name in surface.expressions:
+        keys = [("normal", tile) for tile in surface.tiles]
+        both = [(surface.texels(name, key), model.texels({name: 1}, key)) for key in keys]
+        seen.append(np.mean([angles(*map(kind.decode, pair)) for pair in both]))
     assert document["errors"]["normal"]["angular_error"] == pytest.approx(np.mean(seen), rel=1e-4)
 
 
@@ -85,7 +83,7 @@ def test_decompress_writes_every_map_and_tile(pack, tmp_path):
     assert sorted(written) == sorted(file.name for file in (tmp_path / "mix").iterdir())
     assert len(written) == 6
     for kind in model.maps:
-        fitted = model.parts[kind.name, 1002].blend({"expr_0": 0.5, "expr_3": 1})
+        fitted = model.texels({"expr_0": 0.5, "expr_3": 1}, (kind.name, 1002))
         middle = "" if kind.name == "albedo" else f".{kind.name}"
         texture = read_texture_exactly(tmp_path / "mix" / f"blend{middle}.1002.png")
         np.testing.assert_array_equal(texture, packed_neutral(fitted, kind, 8))
@@ -135,11 +133,10 @@ def test_a_normal_map_changes_the_image(scans, pack, tmp_path):
     surface = load_character(scans)
     small = ("--resolution", 48, "--spp", 4, "--views", 1, "--lights", 1, "--json")
     for name in ("normal", "roughness"):
-        parts = dict(surface.parts)
-        for tile in surface.tiles:
-            part = parts[name, tile]
-            parts[name, tile] = replace(part, textures=np.roll(part.textures, 9, axis=1))
-        save_character(replace(surface, parts=parts), tmp_path / name)
+        stacks = dict(surface.stacks)
+        for tile, stack in surface.of_map(name).items():
+            stacks[name, tile] = replace(stack, textures=np.roll(stack.textures, 9, axis=1))
+        save_character(replace(surface, stacks=stacks), tmp_path / name)
     done = run("validate", scans, tmp_path / "normal", tmp_path / "roughness", "-o", tmp_path / "report", *small)
     for other in json.loads(done.stdout)["packs"]:
         assert other["texture_rmse"] == 0

@@ -43,7 +43,7 @@ def test_rigs_and_materials_look_as_they_did(facezip_image, scans, renderers, ma
 @pytest.mark.parametrize("material", list(MATERIALS))
 def test_a_skin_of_all_maps_looks_as_it_did(facezip_image, renderers, material):
     surface = make_surface(128, 2, maps=MAPS)
-    maps = {kind.name: kind.values(surface.parts[kind.name, FIRST_TILE].texture(EXPRESSION)) for kind in surface.maps}
+    maps = {kind.name: kind.decode(surface.texels(EXPRESSION, (kind.name, FIRST_TILE))) for kind in surface.maps}
     skin = upload(SkinMaps(**maps))
     facezip_image(lambda seed: renderers[material].render([skin], VIEWS[1], "side", SPP, seed).linear[0])
 

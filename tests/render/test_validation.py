@@ -5,9 +5,13 @@ import numpy as np
 import pytest
 
 from facezip import FaceZipError
+from facezip.character.maps import KNOWN
+from facezip.character.scans import Stack
+from facezip.character.tiles import FIRST_TILE
 from render.exr import read_exr
 from render.settings import Settings
 from render.skins import SkinMaps
+from render.staging import staged_original
 from render.store import RENDERS
 from render.validation import Candidate, validate
 from render.verdict import Limit, Thresholds
@@ -158,48 +162,51 @@ def test_a_changed_mesh_renders_its_expression_again(character, finished, tmp_pa
     _, folder, settings = finished
     vertices = character.meshes.vertices.copy()
     vertices[character.index("smile"), 0] += np.float32(1e-3)
-    moved = replace(character, vertices=vertices)
+    moved = replace(character, meshes=replace(character.meshes, vertices=vertices))
     assert validate(moved, [brighter(moved, 0.02)], tmp_path, settings, folder)["rendered"] == 2
     # The camera stands where the neutral asks for it: everything is seen anew.
-    moved = replace(character, neutral_vertices=character.meshes.neutral * np.float32(1.001))
+    larger = replace(character.meshes, neutral=character.meshes.neutral * np.float32(1.001))
+    moved = replace(character, meshes=larger)
     assert validate(moved, [brighter(moved, 0.02)], tmp_path / "all", settings, folder)["rendered"] == 6
 
 
 def test_a_changed_uv_layout_reuses_nothing(character, finished, tmp_path):
     _, folder, settings = finished
     layout = replace(character.meshes.topology, uv=character.meshes.topology.uv * np.float32(0.999))
-    moved = replace(character, topology=layout)
+    moved = replace(character, meshes=replace(character.meshes, topology=layout))
     assert validate(moved, [brighter(moved, 0.02)], tmp_path, settings, folder)["rendered"] == 6
 
 
-def skin_of(character, **maps):
-    return lambda name: SkinMaps(character.texture(name), **maps)
+def with_maps(character, **maps):
+    """The character with further maps, the same of every expression."""
+    stacks = dict(character.stacks)
+    for name, values in maps.items():
+        texels = KNOWN[name].encode(values)
+        stacks[name, FIRST_TILE] = Stack(texels, np.stack([texels] * len(character.expressions)))
+    return replace(character, maps=(*character.maps, *(KNOWN[name] for name in maps)), stacks=stacks)
 
 
 def test_a_skin_of_all_maps_against_itself_has_exactly_no_error(character, tmp_path):
     rng = np.random.default_rng(0)
-    normal = rng.normal(0, 0.2, (16, 16, 3)).astype(np.float32) + np.array([0, 0, 1], np.float32)
+    normal = rng.normal(0, 0.2, (64, 64, 3)).astype(np.float32) + np.array([0, 0, 1], np.float32)
     normal /= np.linalg.norm(normal, axis=2, keepdims=True)
-    numbers = {name: rng.random((16, 16, 1), np.float32) for name in ("roughness", "specular", "cavity")}
-    every = skin_of(character, normal=normal, **numbers)
-    flat = skin_of(character, **numbers)
-    document = validate(
-        character, [Candidate("same", every, FACTS), Candidate("flat", flat, FACTS)], tmp_path, SMALL, original=every
-    )
+    numbers = {name: rng.random((64, 64, 1), np.float32) for name in ("roughness", "specular", "cavity")}
+    every, flat = with_maps(character, normal=normal, **numbers), with_maps(character, **numbers)
+    candidates = [Candidate(name, staged_original(scans), FACTS) for name, scans in (("same", every), ("flat", flat))]
+    document = validate(every, candidates, tmp_path, SMALL)
     assert_identical(document["packs"][0])
     assert document["packs"][1]["image_rmse"] > 1
 
 
 def test_a_map_under_another_name_is_another_skin(character, tmp_path):
-    numbers = np.random.default_rng(1).random((16, 16, 1), np.float32)
+    numbers = np.random.default_rng(1).random((64, 64, 1), np.float32)
     settings = one_look(Thresholds(), max_spp=4)
     documents = []
     for name in ("roughness", "cavity"):
-        maps = skin_of(character, **{name: numbers})
+        scans = with_maps(character, **{name: numbers})
         earlier = tmp_path / "roughness" if documents else None
-        documents.append(
-            validate(character, [Candidate("one", maps, FACTS)], tmp_path / name, settings, earlier, original=maps)
-        )
+        candidate = Candidate("one", staged_original(scans), FACTS)
+        documents.append(validate(scans, [candidate], tmp_path / name, settings, earlier))
     assert [document["rendered"] for document in documents] == [3, 3]
 
 

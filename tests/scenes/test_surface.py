@@ -38,8 +38,8 @@ def test_without_nuisances_the_maps_are_the_truth():
 def test_a_map_does_not_depend_on_which_others_there_are(name):
     alone, among = make_surface(64, 2, maps=(name,)), make_surface(64, 2, maps=MAPS)
     assert [kind.name for kind in alone.maps] == ["albedo", name]
-    np.testing.assert_array_equal(alone.parts[name, FIRST_TILE].neutral, among.parts[name, FIRST_TILE].neutral)
-    np.testing.assert_array_equal(alone.parts[name, FIRST_TILE].textures, among.parts[name, FIRST_TILE].textures)
+    np.testing.assert_array_equal(alone.stacks[name, FIRST_TILE].neutral, among.stacks[name, FIRST_TILE].neutral)
+    np.testing.assert_array_equal(alone.stacks[name, FIRST_TILE].textures, among.stacks[name, FIRST_TILE].textures)
 
 
 def test_a_map_that_there_is_not_is_refused():
