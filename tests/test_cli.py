@@ -88,12 +88,12 @@ def test_verify_finds_a_changed_byte(pack, tmp_path):
 
     assert run("verify", pack[0]).returncode == 0
     shutil.copytree(pack[0], tmp_path / "spoilt")
-    content = bytearray((tmp_path / "spoilt" / "difference_1.png").read_bytes())
+    content = bytearray((tmp_path / "spoilt" / "albedo.1001.difference_1.png").read_bytes())
     content[len(content) // 2] ^= 1
-    (tmp_path / "spoilt" / "difference_1.png").write_bytes(content)
+    (tmp_path / "spoilt" / "albedo.1001.difference_1.png").write_bytes(content)
     done = run("verify", tmp_path / "spoilt")
     assert done.returncode == ExitCode.BAD_INPUT
-    assert "difference_1.png" in done.stderr
+    assert "albedo.1001.difference_1.png" in done.stderr
 
 
 def bad_calls(scans, pack, folder):

@@ -132,28 +132,33 @@ def _with_targets(document: dict[str, Any], count: int) -> None:
 
 
 def _packs(work: Path) -> list[tuple[str, Callable[[], Any]]]:
-    huge = [16384, 16384]
-    changes: dict[str, dict[str, Any]] = {
-        "pack-16384-square": {"size": huge, "weight_size": [16384, 16384]},
-        "pack-4096-weight-maps": {
-            "expressions": [f"e{n}" for n in range(4096)], "weight_columns": 64, "weight_size": [1024, 1024],
-            "size": [9000, 9000],
-        },
-        "pack-2^24-vertices": {"vertices": 2**24, "triangles": 2**24, "texture_coordinates": 2**24},
-        "pack-manifest-of-empty-lists": {"surprise": [[]] * 300_000},
-        "pack-of-8-exabytes": {"files": {"neutral.png": {"bytes": 2**63, "sha256": "0" * 64}}},
-    }  # fmt: skip
+    many = {"expressions": [f"e{n}" for n in range(4096)]}
     calls = []
-    for name, change in changes.items():
+    for name, meshes, change in (
+        ("pack-16384-square", False, lambda document: _with_sizes(document, 16384, 16384)),
+        ("pack-4096-weight-maps", False, lambda document: _with_sizes(document | many, 9000, 1024, weight_columns=64)),
+        ("pack-2^24-vertices", True, lambda document: document["geometry"].update(vertices=2**24, triangles=2**24)),
+        ("pack-manifest-of-empty-lists", False, lambda document: document.update(surprise=[[]] * 300_000)),
+        ("pack-of-8-exabytes", False, lambda document: document["files"]["weights.1001.png"].update(bytes=2**63)),
+    ):
         pack = work / f"{name}.facezip"
-        write_pack(random_model(meshes="vertices" in name), pack)
-        sign(pack, change)
+        write_pack(random_model(meshes=meshes), pack)
+        document = json.loads((pack / FILE_NAME).read_bytes())
+        sign(pack, change(document) or document)
         calls.append((name, lambda pack=pack: read_pack(pack)))
     sparse = work / "pack-manifest-of-a-terabyte.facezip"
     write_pack(random_model(), sparse)
     with open(sparse / FILE_NAME, "r+b") as file:
         file.truncate(2**40)
     return [*calls, (sparse.stem, lambda: read_pack(sparse))]
+
+
+def _with_sizes(document: dict[str, Any], size: int, weight_size: int, **changes: Any) -> dict[str, Any]:
+    """The manifest, with other sizes stated of its textures and weight maps."""
+    tile = document["tiles"][0]
+    tile |= {"weight_size": [weight_size, weight_size], **changes}
+    tile["textures"][0]["size"] = [size, size]
+    return document
 
 
 def sign(pack: Path, changes: dict[str, Any]) -> None:
