@@ -26,7 +26,7 @@ def by_tile(importance: Importance | None, character: Character) -> dict[int, ND
     Raises
     ------
     FaceZipError
-        ``SIZE_MISMATCH``: one image for several tiles, or a tile without one.
+        ``SIZE_MISMATCH``: one image for several tiles, a tile without one, or an image of another size than its albedo.
     """
     if importance is None:
         return {}
@@ -36,6 +36,11 @@ def by_tile(importance: Importance | None, character: Character) -> dict[int, ND
     if missing:
         reason = f"none for tile {missing[0]} of {character.name}; give one image a tile"
         raise FaceZipError(ErrorCode.SIZE_MISMATCH, f"importance: {reason}")
+    for tile, stack in character.of_map(character.maps[0].name).items():
+        if importance[tile].shape != stack.resolution:
+            (height, width), (rows, columns) = importance[tile].shape, stack.resolution
+            reason = f"{width} x {height} texels; {character.name} has {columns} x {rows} on tile {tile}: give as many"
+            raise FaceZipError(ErrorCode.SIZE_MISMATCH, f"importance: {reason}")
     return dict(importance)
 
 
