@@ -16,7 +16,8 @@ candidates are the diagonal w_t = Σ_p J_pt², right for errors that are indepen
 which knows neither of display encoding nor that errors are squared. Measured, they are close to each other, and this
 one alone gained on every character and floor that was tried (docs/importance.md).
 
-Light is linear in the albedo alone. Normals, roughness and further maps have no such operator, and a fit has one
+Light is linear in the albedo alone, about whatever the other maps are: normals, roughness, specular and cavity are
+part of A and s, and the weight is exact for errors of the albedo. The others have no such operator, and a fit has one
 weight a texel: theirs is the albedo's. Where a texel is seen, how large and in how much light is the same for all of
 them; what it leaves out are highlights, in which they count and the albedo does not.
 
@@ -36,8 +37,7 @@ from facezip.files.srgb import decode_srgb
 from facezip.machine.progress import task
 from render.operator import ImageOperator, image_operator
 from render.paired import PairedRenderer
-from render.skins import SkinMaps
-from render.staging import staged_map, staged_topology
+from render.staging import staged_map, staged_original, staged_topology
 from scenes.cameras import View, frame_of
 
 # Of the mean weight: what a texel counts that no camera of the set sees. Others may.
@@ -72,9 +72,12 @@ class Sight:
         return PairedRenderer(staged_topology(character), frame, rigs, self.material, self.resolution)
 
     def operators(self, character: Character, renderer: PairedRenderer, expression: str) -> Iterator[ImageOperator]:
-        """The operator of every look at an expression, in their order; it acts on :func:`staged_albedo`."""
+        """The operator of every look at an expression with all its maps, in their order.
+
+        It acts on :func:`staged_albedo`.
+        """
         renderer.pose(character.mesh_vertices(expression))
-        maps = SkinMaps(staged_albedo(character, expression))
+        maps = staged_original(character)(expression)
         for view, rig in self.looks:
             yield image_operator(renderer, maps, view, rig, self.spp, self.seed)
 

@@ -9,9 +9,10 @@ from facezip.files.images import to_float
 from facezip.files.srgb import decode_srgb
 from facezip.fit.methods import compress
 from render.effect import image_errors
-from render.importance import Sight, regularised, seen_importance, squared_error_weight
+from render.importance import Sight, regularised, seen_importance, squared_error_weight, staged_albedo
 from render.metrics import display
-from render.staging import staged
+from render.skins import upload
+from render.staging import staged, staged_original
 from scenes.cameras import VIEWS
 from scenes.surface import in_tiles
 
@@ -105,6 +106,31 @@ def test_it_adds_up_over_looks(character, sight, seen):
 def test_tiles_have_the_parts_of_the_whole(tiled, character, sight):
     whole, found = seen_importance(with_maps(character), sight)[1001], seen_importance(tiled, sight)
     np.testing.assert_allclose(np.concatenate([found[1001], found[1002]], axis=1), whole, rtol=1e-4, atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_it_is_exact_for_the_albedo_among_other_maps(tiled, sight, seed):
+    """Images of a shiny skin with normals and roughness: equal errors make the error that it predicts, others less."""
+    shiny = replace(sight, material="skin")
+    renderer = shiny.renderer(tiled)
+    operator = next(shiny.operators(tiled, renderer, "smile"))
+    encoded, name = staged_albedo(tiled, "smile") * np.float32(0.8) + np.float32(0.1), "smile"
+    weight = squared_error_weight(operator, encoded)
+    equal = np.full(weight.shape, 1e-3, np.float32)
+    varied = 1e-3 * np.random.default_rng(seed).normal(size=weight.shape).astype(np.float32)
+    maps = staged_original(tiled)(name)
+    skins = [upload(replace(maps, albedo=encoded + error[:, :, None])) for error in (0 * equal, equal, varied)]
+    images = renderer.render(skins, *FRONT[0], shiny.spp, shiny.seed)
+    right, *others = display(images.linear[:, images.coverage >= 0.5]).astype(np.float64)
+    actual = [np.square(other - right).mean() for other in others]
+    assert (weight * equal**2).sum() == pytest.approx(actual[0], rel=0.03)
+    assert 0 < actual[1] < 1.03 * (weight * varied**2).sum()
+
+
+def test_relief_changes_in_how_much_light_a_texel_is(tiled, sight):
+    alone, among = (seen_importance(one, sight)[1002] for one in (tiled.only("albedo"), tiled))
+    np.testing.assert_array_equal(alone > 0, among > 0)
+    assert not np.allclose(alone, among, rtol=0.01)
 
 
 def test_a_coarser_tile_has_the_sum_of_its_texels(tiled, sight):
