@@ -32,8 +32,8 @@ def by_key(importance: Importance | None, character: Character) -> dict[Key, NDA
     Raises
     ------
     FaceZipError
-        ``SIZE_MISMATCH``: a tile has none of its albedo, or a map that has some lacks one. ``UNKNOWN_NAME``: an image
-        of a map or tile that there is not.
+        ``SIZE_MISMATCH``: a tile has none of its albedo, a map that has some lacks one, or an image has another size
+        than its map. ``UNKNOWN_NAME``: an image of a map or tile that there is not.
     """
     if importance is None:
         return {}
@@ -47,6 +47,13 @@ def by_key(importance: Importance | None, character: Character) -> dict[Key, NDA
         missing = [tile for tile in tiles if (name, tile) not in importance]
         if missing:
             reason = f"none of {name} for tile {missing[0]} of {character.name}; give one image a tile"
+            raise FaceZipError(ErrorCode.SIZE_MISMATCH, f"importance: {reason}")
+    for (name, tile), image in importance.items():
+        size = character.stacks[name, tile].resolution
+        if image.shape != size:
+            (height, width), (rows, columns) = image.shape, size
+            whose = f"{name} of {character.name} has {columns} x {rows} on tile {tile}"
+            reason = f"{width} x {height} texels; the {whose}: give as many"
             raise FaceZipError(ErrorCode.SIZE_MISMATCH, f"importance: {reason}")
     return dict(importance)
 

@@ -88,6 +88,13 @@ def test_a_tile_without_its_image_is_named(scans, lost, code):
     assert caught.value.code is code
 
 
+@pytest.mark.parametrize("key", [("albedo", 1001), ("normal", 1002)])
+def test_an_image_of_another_size_is_refused(scans, key):
+    with pytest.raises(FaceZipError, match=f"16 x 8 texels; the {key[0]} .* has 32 x 64 on tile {key[1]}") as caught:
+        compress(scans, importance={**everywhere(scans), key: np.ones((8, 16), np.float32)})
+    assert caught.value.code is ErrorCode.SIZE_MISMATCH
+
+
 @pytest.mark.parametrize("key", [("gloss", 1001), ("albedo", 1003)])
 def test_an_image_of_what_there_is_not_is_refused(scans, key):
     with pytest.raises(FaceZipError) as caught:
