@@ -16,9 +16,11 @@ candidates are the diagonal w_t = Σ_p J_pt², right for errors that are indepen
 which knows neither of display encoding nor that errors are squared. Measured, they are close to each other, and this
 one alone gained on every character and floor that was tried (docs/importance.md).
 
-Light is linear in the albedo alone. Normals, roughness and further maps have no such operator, and a fit has one
-weight a texel: theirs is the albedo's. Where a texel is seen, how large and in how much light is the same for all of
-them; what it leaves out are highlights, in which they count and the albedo does not.
+Light is linear in the albedo alone, about whatever the other maps are: they are part of A and s. In normals,
+roughness, specular and cavity it is not; there A is what an image makes of their small changes, by central differences
+of the light of every sample, with |A| in the place of A: their changes brighten here and darken there. So the bound
+holds for them to first order of their own errors, and each texel of each map has a weight in the same unit, by which
+maps weigh against each other as well: a slope is seen or not, whatever its size beside a colour's.
 
 Tiles are looked at as one texture (:class:`facezip.character.tiles.Atlas`), and the weights given back tile by tile.
 """
@@ -29,15 +31,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.maps import ALBEDO
-from facezip.character.scans import NEUTRAL, Character
+from facezip.character.maps import ALBEDO, Key
+from facezip.character.scans import Character
 from facezip.character.tiles import Atlas
-from facezip.files.srgb import decode_srgb
 from facezip.machine.progress import task
-from render.operator import ImageOperator, image_operator
+from render.operator import Channels, ImageOperator, image_operator, map_slopes
 from render.paired import PairedRenderer
-from render.skins import SkinMaps
-from render.staging import staged_map, staged_topology
+from render.sensitivity import display_slope, slope_weight, squared_error_weight
+from render.staging import staged_map, staged_original, staged_topology
 from scenes.cameras import View, frame_of
 
 # Of the mean weight: what a texel counts that no camera of the set sees. Others may.
@@ -72,11 +73,23 @@ class Sight:
         return PairedRenderer(staged_topology(character), frame, rigs, self.material, self.resolution)
 
     def operators(self, character: Character, renderer: PairedRenderer, expression: str) -> Iterator[ImageOperator]:
-        """The operator of every look at an expression, in their order; it acts on :func:`staged_albedo`."""
+        """The operator of every look at an expression with all its maps, in their order.
+
+        It acts on :func:`staged_albedo`.
+        """
         renderer.pose(character.mesh_vertices(expression))
-        maps = SkinMaps(staged_albedo(character, expression))
+        maps = staged_original(character)(expression)
         for view, rig in self.looks:
             yield image_operator(renderer, maps, view, rig, self.spp, self.seed)
+
+    def slopes(
+        self, character: Character, renderer: PairedRenderer, expression: str
+    ) -> Iterator[dict[str, tuple[Channels, ...]]]:
+        """As :meth:`operators`, what small changes of the further maps do."""
+        renderer.pose(character.mesh_vertices(expression))
+        maps = staged_original(character)(expression)
+        for view, rig in self.looks:
+            yield map_slopes(renderer, maps, view, rig, self.spp, self.seed)
 
 
 def staged_albedo(character: Character, expression: str) -> NDArray[np.float32]:
@@ -85,66 +98,77 @@ def staged_albedo(character: Character, expression: str) -> NDArray[np.float32]:
     return joined if joined.shape[2] == 3 else np.repeat(joined[:, :, :1], 3, axis=2)
 
 
-def seen_importance(character: Character, sight: Sight) -> dict[int, NDArray[np.float32]]:
-    """By tile, the weight ``(H, W)`` ≥ 0 of a texel's squared error, summed over expressions, looks and channels.
+def seen_importance(character: Character, sight: Sight) -> dict[Key, NDArray[np.float32]]:
+    """By map and tile, the weight ``(H, W)`` ≥ 0 of a texel's squared error, summed over expressions and looks.
 
-    Exactly zero where no camera of ``sight`` sees the texel in any expression. Multiplied by squared errors of the
-    albedo (encoded, 0..1) and summed, it bounds the mean squared error of an image, to first order, times the number of
-    images.
+    Exactly zero where no camera of ``sight`` sees the texel in any expression. Multiplied by squared errors of texels
+    (0..1) and summed over texels and channels, it bounds the mean squared error of an image, to first order, times the
+    number of images. Of the maps that renderers know.
     """
-    total = np.zeros(staged_albedo(character, NEUTRAL).shape[:2], np.float64)
+    total: dict[str, NDArray[np.float64]] = {}
     renderer = sight.renderer(character)
     with task("Looking at texels", len(character.expressions) * len(sight.looks)) as advance:
         for name in character.expressions:
             encoded = staged_albedo(character, name)
-            for operator in sight.operators(character, renderer, name):
-                total += squared_error_weight(operator, encoded)
+            operators, slopes = sight.operators(character, renderer, name), sight.slopes(character, renderer, name)
+            for operator, changes in zip(operators, slopes, strict=True):
+                for kind, weight in _weights(character, operator, changes, encoded).items():
+                    total[kind] = total.get(kind, np.zeros(weight.shape)) + weight
                 advance()
-    sizes = {tile: stack.resolution for tile, stack in character.of_map(ALBEDO).items()}
-    return Atlas.of(character.tiles).summed(total.astype(np.float32), sizes)
+    atlas, found = Atlas.of(character.tiles), dict[Key, NDArray[np.float32]]()
+    for kind, whole in total.items():
+        sizes = {tile: stack.resolution for tile, stack in character.of_map(kind).items()}
+        parts = atlas.summed(whole.astype(np.float32), sizes)
+        found |= {(kind, tile): part for tile, part in parts.items()}
+    return found
 
 
-def squared_error_weight(operator: ImageOperator, encoded: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Jᵀ J 1 of one image, over its number of head pixels and channels, summed over channels: ``(h, w)`` ≥ 0.
-
-    Parameters
-    ----------
-    operator : of the image.
-    encoded : ``(h, w, 3)`` texture in [0, 1], about which the error is small.
-    """
-    head = operator.coverage >= 0.5
-    slope = _decode_slope(encoded)
-    shown = _encode_slope(operator.image(decode_srgb(encoded))) * head[:, :, None]
-    weights = slope * operator.transposed(np.square(shown) * operator.apply(slope))
-    total: NDArray[np.float32] = weights.sum(axis=2) / np.float32(max(3 * int(head.sum()), 1))
-    return total
+def _weights(
+    character: Character,
+    operator: ImageOperator,
+    slopes: Mapping[str, tuple[Channels, ...]],
+    encoded: NDArray[np.float32],
+) -> dict[str, NDArray[np.float32]]:
+    """Of one image, by map: means over its channels, the tiles in one texture."""
+    found = {ALBEDO: squared_error_weight(operator, encoded) / np.float32(character.first.channels)}
+    shown, values = display_slope(operator, encoded)
+    for name, channels in slopes.items():
+        # Of texels from 0 to 1, which span so many values.
+        unit = np.float32(character.kind(name).unit ** 2 / (values * len(channels)))
+        sizes = [stack.resolution for stack in character.of_map(name).values()]
+        whole = Atlas.of(character.tiles).size(sizes)
+        found[name] = unit * np.sum([slope_weight(matrices, shown) for matrices in channels], axis=0).reshape(whole)
+    return found
 
 
 def regularised(
-    seen: Mapping[int, NDArray[np.float32]], inside: Mapping[int, NDArray[np.float32]], floor: float = FLOOR
-) -> dict[int, NDArray[np.float32]]:
-    """The weights to fit with, by tile: scaled to a mean of 1 over the face of all tiles, and mixed with a uniform one.
+    seen: Mapping[Key, NDArray[np.float32]], inside: Mapping[Key, NDArray[np.float32]], floor: float = FLOOR
+) -> dict[Key, NDArray[np.float32]]:
+    """The weights to fit with: in units of the albedo's mean over the face of all tiles, mixed with uniform ones.
+
+    A map that does not show at all, as the roughness of a matte skin, has none.
 
     Parameters
     ----------
-    seen : ``(H, W)`` by tile, of :func:`seen_importance`.
-    inside : ``(H, W)`` by tile, the mask of the character.
-    floor : in [0, 1], the share of the uniform weight: 0 trusts the cameras alone, 1 ignores them.
+    seen : ``(H, W)`` by map and tile, of :func:`seen_importance`.
+    inside : ``(H, W)`` by map and tile, the mask of the character.
+    floor : in [0, 1], the share of each map's uniform weight: 0 trusts the cameras alone, 1 knows of them only how much
+        maps count beside each other.
     """
-    total = sum(np.vdot(seen[tile], inside[tile]) for tile in seen)
-    mean = np.float32(total / sum(inside[tile].sum(dtype=np.float64) for tile in seen))
-    scaled = {tile: one / mean if mean > 0 else np.ones_like(one) for tile, one in seen.items()}
-    return {tile: (np.float32(1 - floor) * one + np.float32(floor)).astype(np.float32) for tile, one in scaled.items()}
+    means = face_means(seen, inside)
+    share, unit = np.float32(floor), np.float32(means[ALBEDO])
+    return {
+        key: (((1 - share) * one + share * np.float32(means[key[0]])) / unit).astype(np.float32)
+        for key, one in seen.items()
+        if means[key[0]] > 0
+    }
 
 
-def _decode_slope(encoded: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Derivative of :func:`facezip.files.srgb.decode_srgb`."""
-    high = 2.4 / 1.055 * np.power((np.maximum(encoded, 0.04045) + 0.055) / 1.055, 1.4)
-    return np.where(encoded <= 0.04045, 1 / 12.92, high).astype(np.float32)
-
-
-def _encode_slope(linear: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Derivative of what a display shows: of clipping to [0, 1] and :func:`facezip.files.srgb.encode_srgb`."""
-    high = 1.055 / 2.4 * np.power(np.maximum(linear, 0.0031308), 1 / 2.4 - 1)
-    slope = np.where(linear <= 0.0031308, 12.92, high)
-    return np.where((linear < 0) | (linear > 1), 0, slope).astype(np.float32)
+def face_means(seen: Mapping[Key, NDArray[np.float32]], inside: Mapping[Key, NDArray[np.float32]]) -> dict[str, float]:
+    """The mean of each map's weights over the face of all its tiles."""
+    keys = {name: [key for key in seen if key[0] == name] for name in dict.fromkeys(name for name, _ in seen)}
+    return {
+        name: float(sum(np.vdot(seen[key], inside[key]) for key in own))
+        / max(float(sum(inside[key].sum(dtype=np.float64) for key in own)), 1e-30)
+        for name, own in keys.items()
+    }

@@ -6,7 +6,9 @@ renderer, it gives the same image to rounding, in milliseconds for every further
 texels an image is made of.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -19,6 +21,8 @@ from render.skins import SkinMaps, upload
 from scenes.cameras import View
 
 TAPS = 4
+# A sparse matrix of pixels x texels for each colour channel.
+Channels = tuple[csr_array, csr_array, csr_array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +38,7 @@ class ImageOperator:
     texture_size : ``(h, w)``.
     """
 
-    channels: tuple[csr_array, csr_array, csr_array]
+    channels: Channels
     specular: NDArray[np.float32]
     coverage: NDArray[np.float32]
     texture_size: tuple[int, int]
@@ -69,34 +73,66 @@ def image_operator(
     view, rig, spp, seed : as in :meth:`render.paired.PairedRenderer.render`.
     """
     paths = renderer.trace(upload(maps), view, rig, spp, seed)
-    uv, head, diffuse = _samples(paths)
     black = renderer.render([upload(replace(maps, albedo=np.zeros((1, 1, 3), np.float32)))], view, rig, spp, seed)
     texture_size = maps.albedo.shape[0], maps.albedo.shape[1]
+    (channels,) = _matrices(paths, [(paths.diffuse, texture_size)], black.coverage.shape)
+    return ImageOperator(channels, black.linear[0], black.coverage, texture_size)
+
+
+def map_slopes(
+    renderer: PairedRenderer, maps: SkinMaps, view: View, rig: str, spp: int, seed: int
+) -> dict[str, tuple[Channels, ...]]:
+    """What small changes of the maps beside the albedo do to an image, to first order; as :func:`image_operator`.
+
+    Returns
+    -------
+    By map, for each channel (values; of normals the slopes x/z and y/z), three sparse ``(H·W, h·w)`` matrices, one a
+    colour channel, of the map's own size.
+    """
+    paths = renderer.trace(upload(maps), view, rig, spp, seed)
+    sizes = {name: (values.shape[0], values.shape[1]) for name, values in maps.present.items()}
+    wanted = [(light, sizes[name]) for name, channels in paths.slopes.items() for light in channels]
+    found = iter(_matrices(paths, wanted, (renderer.resolution, renderer.resolution)))
+    return {name: tuple(next(found) for _ in channels) for name, channels in paths.slopes.items()}
+
+
+def _matrices(paths: Paths, lights: Sequence[tuple[Any, tuple[int, int]]], image: tuple[int, ...]) -> list[Channels]:
+    """A matrix a colour channel of each light per texel, with the size of the texture that the texels are of."""
+    import drjit as dr
+
+    dr.eval(paths.uv, paths.head, *(light for light, _ in lights))
+    uv, head = np.array(paths.uv), np.array(paths.head)
+    # What is the same for all samples is no array of them.
+    every = [np.ascontiguousarray(np.broadcast_to(np.array(light), (3, len(head)))) for light, _ in lights]
+    return [_matrix(paths, uv, head, light, size, image) for light, (_, size) in zip(every, lights, strict=True)]
+
+
+def _matrix(
+    paths: Paths,
+    uv: NDArray[np.float32],
+    head: NDArray[np.bool_],
+    light: NDArray[np.float32],
+    size: tuple[int, int],
+    image: tuple[int, ...],
+) -> Channels:
+    """Of samples ``uv`` ``(2, n)``, ``head`` ``(n,)`` and ``light`` ``(3, n)``."""
     left, top, width, height = paths.window
 
     def block(first: int, last: int) -> _Entries:
         some = slice(first * width * paths.count, last * width * paths.count)
-        return _merge_taps(uv[:, some], head[some], diffuse[:, some], paths.count, *texture_size)
+        return _merge_taps(uv[:, some], head[some], light[:, some], paths.count, *size)
 
     counts, texels, shares = (np.concatenate(parts) for parts in zip(*map_rows(block, height), strict=True))
-    entries = np.zeros(black.coverage.shape, np.int64)
+    entries = np.zeros(image, np.int64)
     entries[top : top + height, left : left + width] = counts.reshape(height, width)
     starts = np.concatenate([[0], np.cumsum(entries)])
-    shape = entries.size, texture_size[0] * texture_size[1]
+    shape = entries.size, size[0] * size[1]
     red, green, blue = (csr_array((np.ascontiguousarray(share), texels, starts), shape=shape) for share in shares.T)
-    return ImageOperator((red, green, blue), black.linear[0], black.coverage, texture_size)
+    return red, green, blue
 
 
 # Entries in each row, and their columns ``(n,)`` and values ``(n, 3)``.
 _Entries = tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.float32]]
-
-
-def _samples(paths: Paths) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.float32]]:
-    """``uv`` ``(2, n)``, ``head`` ``(n,)`` and ``diffuse`` ``(3, n)`` of traced paths."""
-    import drjit as dr
-
-    dr.eval(paths.uv, paths.head, paths.diffuse, paths.specular)
-    return np.array(paths.uv), np.array(paths.head), np.array(paths.diffuse)
 
 
 @njit(cache=True, nogil=True)

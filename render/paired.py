@@ -14,12 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.character.maps import ALBEDO
 from facezip.files.obj import Topology
 from render.lighting import Lights
 from render.llvm import start
 from render.mesh import HeadMesh
 from render.shading import SHADINGS, Finish
 from render.skins import Skin
+from render.slopes import slopes
 from scenes.cameras import Frame, View, camera, pixel_bounds
 from scenes.materials import MATERIALS, grey
 
@@ -55,6 +57,7 @@ class Paths:
     head : whether a sample sees the head; what follows holds where it does.
     uv : where in the maps, row 0 at v = 0.
     diffuse, specular : its radiance is albedo · diffuse + specular.
+    slopes : by map, but for the albedo, the derivatives of its radiance by each channel (:mod:`render.slopes`).
     """
 
     window: Window
@@ -63,6 +66,7 @@ class Paths:
     uv: Any
     diffuse: Any
     specular: Any
+    slopes: dict[str, tuple[Any, ...]]
 
 
 class PairedRenderer:
@@ -91,7 +95,7 @@ class PairedRenderer:
         import mitsuba as mi
 
         between = MATERIALS[material](grey(0.5))
-        self._frame, self._resolution, self._points = frame, resolution, TRANSPORTS[transport]
+        self._frame, self.resolution, self._points = frame, resolution, TRANSPORTS[transport]
         self._head = HeadMesh(topology, between)
         self._scene = mi.load_dict({"type": "scene", "head": self._head.shape})
         self._parameters = mi.traverse(self._scene)
@@ -125,6 +129,8 @@ class PairedRenderer:
     def trace(self, skin: Skin, view: View, rig: str, spp: int, seed: int) -> Paths:
         """The direct light that :meth:`render` sees with the same arguments, before it meets the skin's albedo.
 
+        What is not asked for of it is not computed.
+
         Raises
         ------
         ValueError
@@ -139,14 +145,23 @@ class PairedRenderer:
         surface = self._scene.ray_intersect(ray, int(mi.RayFlags.All), True)
         head = surface.is_valid()
         direction, arriving = self._lights[rig].sample(self._scene, surface, sampler.next_2d(head), head)
-        diffuse, specular = self._shaded(surface, surface.to_local(direction), skin.finish(*_place(surface), head))
-        return Paths(window, sampler.sample_count(), head, surface.uv, diffuse * arriving, specular * arriving)
+        outgoing, finish = surface.to_local(direction), skin.finish(*_place(surface), head)
+        colour = skin.colour(surface.uv, head)
+
+        def radiance(finish: Finish) -> Any:
+            diffuse, specular = self._shaded(surface, outgoing, finish)
+            return (colour * diffuse + specular) * arriving
+
+        diffuse, specular = self._shaded(surface, outgoing, finish)
+        changes = slopes(finish, [name for name in skin.textures if name != ALBEDO], radiance)
+        light = diffuse * arriving, specular * arriving
+        return Paths(window, sampler.sample_count(), head, surface.uv, *light, changes)
 
     def triangles(self, view: View) -> NDArray[np.int32]:
         """The triangle ``(H, W)`` under the centre of each pixel of the posed head, -1 beside it."""
         import mitsuba as mi
 
-        side = self._resolution
+        side = self.resolution
         ray = self._rays(self._camera(view), mi.Point2f(0.5), (0, 0, side, side), 1)
         hit = self._scene.ray_intersect_preliminary(ray, True)
         seen: NDArray[np.int32] = np.where(hit.is_valid(), hit.prim_index, -1).astype(np.int32).reshape(side, side)
@@ -156,7 +171,7 @@ class PairedRenderer:
         """The pixels that see the head, and random numbers for each of their samples."""
         import mitsuba as mi
 
-        window = pixel_bounds(view, self._frame, self._resolution, self._vertices)
+        window = pixel_bounds(view, self._frame, self.resolution, self._vertices)
         sampler = mi.load_dict({"type": "multijitter", "sample_count": spp})
         sampler.set_samples_per_wavefront(sampler.sample_count())
         sampler.seed(seed, window[2] * window[3] * sampler.sample_count())
@@ -166,7 +181,7 @@ class PairedRenderer:
         import drjit as dr
 
         left, top, width, height = window
-        image = np.zeros((self._resolution, self._resolution), np.float32)
+        image = np.zeros((self.resolution, self.resolution), np.float32)
         image[top : top + height, left : left + width] = np.array(dr.block_sum(samples, count)).reshape(height, width)
         return image / np.float32(count)
 
@@ -174,7 +189,7 @@ class PairedRenderer:
         import mitsuba as mi
 
         if view not in self._cameras:
-            self._cameras[view] = mi.load_dict(camera(view, self._frame, self._resolution))
+            self._cameras[view] = mi.load_dict(camera(view, self._frame, self.resolution))
         return self._cameras[view]
 
     def _shade(
@@ -236,7 +251,7 @@ class PairedRenderer:
         left, top, width, height = window
         pixel = dr.arange(mi.UInt32, width * height * count) // count
         corner = mi.Point2f(mi.Float(pixel % width + left), mi.Float(pixel // width + top))
-        ray, _ = sensor.sample_ray(0.0, 0.5, (corner + offset) / self._resolution, mi.Point2f(0.5))
+        ray, _ = sensor.sample_ray(0.0, 0.5, (corner + offset) / self.resolution, mi.Point2f(0.5))
         return ray
 
 

@@ -133,8 +133,8 @@ def _table(data: Document) -> Table:
 
     rows = [Row(f"{frame['frame']}", cells(frame), frame["pose"]) for frame in data["frames"]]
     rows.append(Row("mean", cells(data["means"]), strong=True))
-    columns = *(metric.label for metric in shown), *(f"{name}, {unit(found)}" for name, found in maps.items())
-    return Table("Every frame.", "Frame", columns, tuple(rows))
+    others = (f"{name.capitalize()}, {unit(found)}" for name, found in maps.items())
+    return Table("Every frame.", "Frame", (*(metric.label for metric in shown), *others), tuple(rows))
 
 
 def _contact_sheet(data: Document, reel: Reel) -> Section:

@@ -136,7 +136,7 @@ def test_the_error_of_every_map_is_that_of_all_its_tiles(scans, model, report, t
     assert frame["texture_rmse"] == frame["map_errors"]["albedo"]["rmse"]
     assert frame["map_errors"]["normal"]["angular_error"] > 0
     page = (folder / "index.html").read_text(encoding="utf-8")
-    assert "normal, mean angle in degrees" in page
+    assert "Normal, mean angle in degrees" in page
     assert "3 maps on 2 tiles" in page
     assert answer["conditions"]["maps_rendered"] == ["albedo", "normal", "roughness"]
 

@@ -9,6 +9,7 @@ from facezip.character.loading import load_character, save_character
 from facezip.errors import ExitCode
 from facezip.files.images import write_texture, write_values
 from facezip.files.values import read_values
+from facezip.fit.importance import importance_files, map_factors
 from scenes.character import make_character
 from scenes.surface import make_surface
 from tests.test_cli import run
@@ -72,31 +73,48 @@ def tiled(tmp_path_factory):
     return folder, json.loads(done.stdout)
 
 
-def test_every_tile_has_its_image_and_all_together_a_mean_of_one(tiled):
+def test_every_map_and_tile_has_its_image(tiled):
     folder, document = tiled
-    names = {"importance.1001.exr", "importance.1002.exr", "importance.json", "index.html"}
-    assert {path.name for path in (folder / "importance").iterdir()} == names
-    assert document["importance_file"] == str(folder / "importance")
     scans = load_character(folder / "person")
-    weights = {tile: read_values(folder / "importance" / f"importance.{tile}.exr") for tile in scans.tiles}
-    face = np.concatenate([weights[tile][stack.mask > 0] for tile, stack in scans.of_map("albedo").items()])
+    names = importance_files(scans)
+    written = {path.name for path in (folder / "importance").iterdir()}
+    assert written == {*names.values(), "importance.json", "index.html"}
+    assert document["importance_file"] == str(folder / "importance")
+    weights = {key: read_values(folder / "importance" / name) for key, name in names.items()}
+    face = np.concatenate([weights["albedo", tile][s.mask > 0] for tile, s in scans.of_map("albedo").items()])
     assert face.mean() == pytest.approx(1, rel=1e-4)
     assert face.min() == np.float32(0.25)
 
 
-def test_what_the_importance_of_other_maps_is_is_said(tiled):
+def test_how_the_importance_of_each_map_was_found_is_said(tiled):
     folder, document = tiled
-    assert "have the albedo's" in document["conditions"]["importance_of"]
+    words = document["conditions"]["importance_of"]
+    assert words.startswith("the albedo, exact")
+    assert "normal, roughness: by finite differences" in words
     assert document["conditions"]["maps_rendered"] == ["albedo", "normal", "roughness"]
-    assert set(document["fits"][0]["map_errors"]) == {"albedo", "normal", "roughness"}
+    assert set(document["importance"]["counts"]) == {"albedo", "normal", "roughness"}
     page = (folder / "importance" / "index.html").read_text(encoding="utf-8")
-    assert "other maps, in which it is not, have the albedo&#39;s" in page
+    assert words in page
     assert "Normal, mean angle in degrees" in page
     assert "3 maps on 2 tiles" in page
-    assert page.count("data:image/webp") == 6
+    # Two views of the head and its importance, and six images in UV.
+    assert page.count("data:image/webp") == 10
 
 
-def test_compress_takes_the_folder_of_several_tiles(tiled, tmp_path):
+def test_how_much_maps_count_is_as_their_differences_show(tiled):
+    """The images are in the unit of the albedo's mean: so are the numbers that are said."""
+    folder, document = tiled
+    scans = load_character(folder / "person")
+    alike = map_factors(scans, {})
+    for name, count in document["importance"]["counts"].items():
+        files = [file for (kind, _), file in importance_files(scans).items() if kind == name]
+        masks = [stack.mask for stack in scans.of_map(name).values()]
+        images = [read_values(folder / "importance" / file) for file in files]
+        mean = sum(np.vdot(*pair) for pair in zip(images, masks, strict=True)) / sum(mask.sum() for mask in masks)
+        assert count * alike[name] == pytest.approx(mean, rel=1e-3)
+
+
+def test_compress_takes_the_folder(tiled, tmp_path):
     folder, document = tiled
     scans, given = folder / "person", document["importance_file"]
     call = ("compress", scans, "-o", tmp_path / "a.facezip", "--importance", given, "--differences", 2)

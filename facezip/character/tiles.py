@@ -1,6 +1,6 @@
 """UDIM tiles: unit squares of UV, numbered 1001 + column + 10 · row, each with textures of its own."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -81,6 +81,11 @@ class Atlas:
             return topology
         origin, size = np.array([self.left, self.below]), np.array([self.columns, self.rows])
         return replace(topology, uv=((topology.uv - origin) / size).astype(np.float32))
+
+    def size(self, sizes: Iterable[tuple[int, int]]) -> tuple[int, int]:
+        """Rows and columns of :meth:`joined` of textures of these sizes."""
+        height, width = np.max([*sizes], axis=0).tolist()
+        return self.rows * height, self.columns * width
 
     def joined(self, textures: Mapping[int, NDArray[np.float32]]) -> NDArray[np.float32]:
         """Textures ``(H, W, C)`` by tile as one, ``(rows·H, columns·W, C)``; smaller ones are enlarged to the largest.

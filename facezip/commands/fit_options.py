@@ -41,8 +41,8 @@ def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
             "--budget-mb", type=float, metavar="X", help="Choose R and S: least error in this GPU memory, 8 bits each."
         ),
         click.option(
-            "--importance", type=options.FOLDER, metavar="FILE", help="Image, or a folder of one a tile: how much "
-            "a texel's error counts.",
+            "--importance", type=options.FOLDER, metavar="FILE", help="Image, or a folder of them: how much a texel's "
+            "error counts.",
         ),
         click.option(
             "--map-weight", "map_weights", multiple=True, metavar="MAP=W", help="How much a map counts.  [default: 1]"

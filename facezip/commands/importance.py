@@ -62,13 +62,14 @@ def command(
 ) -> None:
     """Measure how much every texel of CHARACTER counts in the images of some views: DIR/importance.exr.
 
-    `facezip compress --importance DIR/importance.exr` fits with it. Of several UDIM tiles it is one image each,
-    DIR/importance.TILE.exr, and `--importance DIR`. DIR/index.html shows it on the head and in UV, and the image error
-    of a uniform fit beside a fit with it, at equal bytes, for its own views and for those held out.
+    `facezip compress --importance DIR/importance.exr` fits with it. Of several maps and UDIM tiles there is an image
+    each, DIR/importance.normal.1002.exr, and `--importance DIR`. DIR/index.html shows it on the head and in UV, and the
+    image error of a uniform fit beside a fit with it, at equal bytes, for its own views and for those held out.
 
-    It is exact for errors of the albedo, in which light is linear. In normals, roughness and other maps it is not:
-    their texels count as the albedo's do, since they are seen as large and in as much light. The images that judge
-    show all maps.
+    It is exact for errors of the albedo, in which direct light is linear. In normals, roughness, specular and cavity it
+    is not: theirs is found by finite differences of the light, which is exact for small errors. It says as well how
+    much maps count beside each other: as much as their differences show. Maps that light does not meet take the
+    albedo's. The images that judge show all maps.
     """
     from render.importance import Sight
     from reports.importance.experiment import looks_of, measure_importance
@@ -85,11 +86,11 @@ def command(
             f"--resolution {resolution} --spp {spp} --floor {floor:g} --differences {differences} "
             f"--weight-scale {weight_scale} --seed {seed}"
         )
-        names = importance_files(scans.tiles)
-        for tile, name in names.items():
-            write_values(folder / name, importance[tile])
+        names = importance_files(scans)
+        for key, values in importance.items():
+            write_values(folder / names[key], values)
         write_importance_report(document, scans, importance, sight, folder)
-    taken = output if len(names) > 1 else output / names[scans.tiles[0]]
+    taken = output if len(importance) > 1 else output / names[next(iter(importance))]
     answer = {**document, "output": str(output), "importance_file": str(taken), "report": str(output / "index.html")}
     options.answer(answer, as_json, lambda: _lines(answer))
 

@@ -1,45 +1,59 @@
 """How much each map, and each texel of it, counts in a fit."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.character.maps import Key
 from facezip.character.samples import Samples, samples_of
 from facezip.character.scans import Character, Stack, unknown
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.machine.rows import by_rows, sum_rows
 
-# An image for one tile, or one for each.
-Importance = NDArray[np.float32] | Mapping[int, NDArray[np.float32]]
+# An image for the albedo of one tile; or one for each map and tile, where maps that have none take the albedo's.
+Importance = NDArray[np.float32] | Mapping[Key, NDArray[np.float32]]
 
 
-def importance_files(tiles: tuple[int, ...]) -> dict[int, str]:
-    """The name of the image of each tile in a folder: ``importance.exr``, with the number where there are several."""
-    return {tile: f"importance.{tile}.exr" if len(tiles) > 1 else "importance.exr" for tile in tiles}
+def importance_files(character: Character) -> dict[Key, str]:
+    """The name of each image in a folder: ``importance.exr``, ``importance.normal.1002.exr``, in the order of maps."""
+    first, several = character.maps[0].name, len(character.tiles) > 1
+    return {
+        (kind.name, tile): f"importance{f'.{kind.name}' * (kind.name != first)}{f'.{tile}' * several}.exr"
+        for kind in character.maps
+        for tile in character.tiles
+    }
 
 
-def by_tile(importance: Importance | None, character: Character) -> dict[int, NDArray[np.float32]]:
-    """The importance of every tile; empty for none.
+def by_key(importance: Importance | None, character: Character) -> dict[Key, NDArray[np.float32]]:
+    """The images that there are by map and tile; empty for none.
 
     Raises
     ------
     FaceZipError
-        ``SIZE_MISMATCH``: one image for several tiles, a tile without one, or an image of another size than its albedo.
+        ``SIZE_MISMATCH``: a tile has none of its albedo, a map that has some lacks one, or an image has another size
+        than its map. ``UNKNOWN_NAME``: an image of a map or tile that there is not.
     """
     if importance is None:
         return {}
+    first, tiles = character.maps[0].name, character.tiles
     if not isinstance(importance, Mapping):
-        importance = {character.tiles[0]: importance}
-    missing = [tile for tile in character.tiles if tile not in importance]
-    if missing:
-        reason = f"none for tile {missing[0]} of {character.name}; give one image a tile"
-        raise FaceZipError(ErrorCode.SIZE_MISMATCH, f"importance: {reason}")
-    for tile, stack in character.of_map(character.maps[0].name).items():
-        if importance[tile].shape != stack.resolution:
-            (height, width), (rows, columns) = importance[tile].shape, stack.resolution
-            reason = f"{width} x {height} texels; {character.name} has {columns} x {rows} on tile {tile}: give as many"
+        importance = {(first, tiles[0]): importance}
+    for name, tile in importance:
+        character.kind(name)
+        character.tile(tile)
+    for name in {first, *(name for name, _ in importance)}:
+        missing = [tile for tile in tiles if (name, tile) not in importance]
+        if missing:
+            reason = f"none of {name} for tile {missing[0]} of {character.name}; give one image a tile"
+            raise FaceZipError(ErrorCode.SIZE_MISMATCH, f"importance: {reason}")
+    for (name, tile), image in importance.items():
+        size = character.stacks[name, tile].resolution
+        if image.shape != size:
+            (height, width), (rows, columns) = image.shape, size
+            whose = f"{name} of {character.name} has {columns} x {rows} on tile {tile}"
+            reason = f"{width} x {height} texels; the {whose}: give as many"
             raise FaceZipError(ErrorCode.SIZE_MISMATCH, f"importance: {reason}")
     return dict(importance)
 
@@ -49,7 +63,7 @@ def weighted_samples(
 ) -> Samples:
     """The texels of a map on a tile, whose squared errors count ``weight`` times their importance and the mask.
 
-    An ``importance`` ``(H, W)`` is of the albedo's size; finer and coarser maps take its nearest texels.
+    An ``importance`` ``(H, W)`` may be of another map's size: its nearest texels are taken.
     """
     if importance is not None and importance.shape != stack.resolution:
         importance = _nearest(importance, stack.resolution)
@@ -60,9 +74,13 @@ def weighted_samples(
     return replace(samples, importance=by_rows(lambda rows: before[rows] * factor, before.shape, np.float32))
 
 
-def map_factors(character: Character, given: Mapping[str, float]) -> dict[str, float]:
+def map_factors(
+    character: Character, given: Mapping[str, float], judged: Collection[str] = frozenset()
+) -> dict[str, float]:
     """The factor of each map's squared error: with a weight of 1 the expressions' differences of each map count alike
     in sum, whatever its units, channels and size; the first map's factor is the weight that is given for it, 1 if none.
+
+    So it is of ``judged`` maps: they have an importance of their own, which says how much they count beside the first.
 
     Raises
     ------
@@ -79,7 +97,8 @@ def map_factors(character: Character, given: Mapping[str, float]) -> dict[str, f
         return {names[0]: 1.0}
     energy = {name: sum(map(_energy, character.of_map(name).values())) for name in names}
     unit = energy[names[0]] or 1.0
-    return {name: given.get(name, 1.0) * unit / (energy[name] or unit) for name in names}
+    units = {name: 1.0 if name in judged else unit / (energy[name] or unit) for name in names}
+    return {name: given.get(name, 1.0) * units[name] for name in names}
 
 
 def _energy(stack: Stack) -> float:

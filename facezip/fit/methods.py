@@ -17,7 +17,7 @@ from facezip.character.neutrals import as_packed
 from facezip.character.samples import BESIDE_THE_FACE, Samples, thinned
 from facezip.character.scans import Character, Stack
 from facezip.files.images import to_float
-from facezip.fit.importance import Importance, by_tile, map_factors, weighted_samples
+from facezip.fit.importance import Importance, by_key, map_factors, weighted_samples
 from facezip.fit.paper.beam import beam_search
 from facezip.fit.paper.factorise import cluster_shares, difference_textures, weight_maps
 from facezip.fit.paper.fragments import cluster_fragments, masked_gram
@@ -51,9 +51,9 @@ def compress(
         ``"paper-unpermuted"`` (its ablation) or ``"pca"``.
     differences, weight_scale, masks, restarts, seed : see :class:`facezip.fit.settings.Settings`.
     importance : ``(H, W)`` ≥ 0, of the albedo's size, what a texel's squared error counts besides the mask (refined);
-        by tile where there are several.
+        or one for each map and tile. Maps without one take the albedo's.
     map_weights : how much a map counts, > 0. With 1, the default, the expressions' differences of each map count alike
-        in sum, whatever its units, channels and size.
+        in sum, whatever its units, channels and size; those with an importance of their own count by that.
 
     Raises
     ------
@@ -63,8 +63,9 @@ def compress(
     """
     settings = Settings(differences, weight_scale, masks, restarts, seed)
     settings.check(method)
-    factors = map_factors(character, map_weights or {})
-    parts, weights = METHODS[method](_Task(character, settings, factors, by_tile(importance, character)))
+    images = by_key(importance, character)
+    factors = map_factors(character, map_weights or {}, {name for name, _ in images})
+    parts, weights = METHODS[method](_Task(character, settings, factors, images))
     return CompressedTextures(method, character.expressions, character.maps, parts, weights, character.meshes)
 
 
@@ -75,7 +76,7 @@ class _Task:
     character: Character
     settings: Settings
     factors: Mapping[str, float]
-    importance: Mapping[int, NDArray[np.float32]]
+    importance: Mapping[Key, NDArray[np.float32]]
 
     @property
     def slots(self) -> int:
@@ -84,7 +85,8 @@ class _Task:
 
     def samples(self, key: Key, stack: Stack, beside: float = 0) -> Samples:
         """The texels of a map on a tile, weighted."""
-        return weighted_samples(stack, self.factors[key[0]], self.importance.get(key[1]), beside)
+        albedos = self.importance.get((self.character.maps[0].name, key[1]))
+        return weighted_samples(stack, self.factors[key[0]], self.importance.get(key, albedos), beside)
 
     def part(self, key: Key, differences: NDArray[np.float32], ranges: NDArray[np.float32] | None = None) -> Part:
         """Difference textures with the neutral that they belong to."""

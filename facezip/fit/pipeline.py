@@ -33,7 +33,7 @@ class Request:
     ----------
     method, settings : how to fit.
     target_rmse, budget_mb : choose ``differences`` and ``weight_scale``, where one is given.
-    importance : an image of how much a texel's error counts, or a folder of such images, one a tile.
+    importance : an image of how much a texel's error counts, or a folder of them, by map and tile.
     map_weights : how much a map counts.
     keep_floats : whether floats outside [0, 1] are kept, with their range.
     """
@@ -138,10 +138,12 @@ def registration_warning(character: str | Path, off: Mapping[str, float]) -> str
 
 
 def read_importance(path: Path, scans: Character) -> Importance:
-    """The importance of every tile: one image, or a folder of them as ``facezip importance`` writes it."""
+    """One image, or those of a folder as ``facezip importance`` writes it: by map and tile, the albedo's at least."""
     if not path.is_dir():
         return read_values(path)
-    return {tile: read_values(path / name) for tile, name in importance_files(scans.tiles).items()}
+    first, names = scans.maps[0].name, importance_files(scans)
+    there = {key: path / name for key, name in names.items() if key[0] == first or (path / name).exists()}
+    return {key: read_values(file) for key, file in there.items()}
 
 
 def _chosen(scans: Character, request: Request, importance: Importance | None) -> Choice:

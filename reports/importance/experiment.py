@@ -9,16 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.maps import ALBEDO
+from facezip.character.maps import ALBEDO, Key
 from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.fit.importance import map_factors
 from facezip.fit.methods import compress
 from facezip.fit.settings import Settings
 from facezip.pack.errors import model_errors
 from facezip.pack.model import CompressedTextures
 from render.candidates import texels_of
 from render.effect import image_errors
-from render.importance import Look, Sight, regularised, seen_importance
+from render.importance import Look, Sight, face_means, regularised, seen_importance
 from render.llvm import start
 from render.staging import rendered_maps, staged
 from scenes.cameras import VIEWS
@@ -26,9 +27,10 @@ from scenes.lights import RIGS
 
 FORMAT = "facezip-importance/1"
 FITS = ("uniform", "importance")
-# What the weight is exact for, and what it stands for besides.
-OPERATOR = "the albedo, in which direct light is linear"
-OTHERS = "other maps, in which it is not, have the albedo's"
+# What weights are exact for, how others are found, and what has none.
+LINEAR = "the albedo, exact, as direct light is linear in it"
+SLOPES = "by finite differences, exact for small errors"
+WITHOUT = "the albedo's, as they do not show in the light"
 # The images that judge take other random numbers than those that the importance was made from.
 JUDGING_SEED = 2**20
 
@@ -41,7 +43,7 @@ def looks_of(views: int, lights: int) -> tuple[tuple[Look, ...], tuple[Look, ...
 
 def measure_importance(
     character: Character, sight: Sight, held_out: Sequence[Look], fit: dict[str, Any], floor: float
-) -> tuple[dict[str, Any], dict[int, NDArray[np.float32]]]:
+) -> tuple[dict[str, Any], dict[Key, NDArray[np.float32]]]:
     """Make the importance for ``sight``, fit with and without it, and judge both by images of all maps.
 
     Parameters
@@ -56,7 +58,7 @@ def measure_importance(
     -------
     document : plain data (``facezip-importance/1``): ``character``, ``conditions``, ``importance``, ``fits``,
         ``looks``, ``change`` and ``seconds``.
-    importance : by tile, ``(H, W)`` float32 ≥ 0 of the albedo's size, what ``facezip compress --importance`` takes.
+    importance : by map and tile, ``(H, W)`` float32 ≥ 0, what ``facezip compress --importance`` takes.
 
     Raises
     ------
@@ -67,8 +69,8 @@ def measure_importance(
     begin = perf_counter()
     versions = start()
     seen = seen_importance(character, sight)
-    inside = {tile: stack.weight for tile, stack in character.of_map(ALBEDO).items()}
-    if not any((seen[tile] * inside[tile]).any() for tile in seen):
+    inside = {key: character.stacks[key].weight for key in seen}
+    if not face_means(seen, inside)[ALBEDO]:
         reason = "no camera sees a texel of the face region; check mask, UVs and that the face looks to +z"
         raise FaceZipError(ErrorCode.BAD_VALUE, f"{character.name}: {reason}")
     importance = regularised(seen, inside, floor)
@@ -81,8 +83,11 @@ def measure_importance(
     document = {
         "format": FORMAT,
         "character": character.facts,
-        "conditions": _conditions(character, sight, held_out, fit, versions),
-        "importance": _facts(seen, importance, inside, floor),
+        "conditions": {
+            **_conditions(character, sight, held_out, fit, versions),
+            "importance_of": "; ".join(_words(character, importance)),
+        },
+        "importance": {**_facts(seen, importance, inside, floor), "counts": _counts(character, seen, inside)},
         "fits": [_fit(*each) for each in zip(FITS, models, [character] * 2, strict=True)],
         "looks": looks,
         "change": _change(looks),
@@ -96,20 +101,29 @@ def measure_importance(
 
 
 def _facts(
-    seen: Mapping[int, NDArray[np.float32]],
-    importance: Mapping[int, NDArray[np.float32]],
-    inside: Mapping[int, NDArray[np.float32]],
+    seen: Mapping[Key, NDArray[np.float32]],
+    importance: Mapping[Key, NDArray[np.float32]],
+    inside: Mapping[Key, NDArray[np.float32]],
     floor: float,
 ) -> dict[str, Any]:
-    """Of all tiles together."""
-    looked_at = sum(((seen[tile] > 0) * inside[tile]).sum(dtype=np.float64) for tile in seen)
-    on_face = np.concatenate([importance[tile][inside[tile] > 0] for tile in seen])
+    """Of the albedo on all tiles."""
+    keys = [key for key in seen if key[0] == ALBEDO]
+    looked_at = sum(((seen[key] > 0) * inside[key]).sum(dtype=np.float64) for key in keys)
+    on_face = np.concatenate([importance[key][inside[key] > 0] for key in keys])
     return {
         "floor": floor,
-        "seen_share": float(looked_at / sum(inside[tile].sum(dtype=np.float64) for tile in seen)),
-        "largest": float(max(one.max() for one in importance.values())),
+        "seen_share": float(looked_at / sum(inside[key].sum(dtype=np.float64) for key in keys)),
+        "largest": float(max(importance[key].max() for key in keys)),
         "p99": float(np.percentile(on_face, 99)),
     }
+
+
+def _counts(
+    character: Character, seen: Mapping[Key, NDArray[np.float32]], inside: Mapping[Key, NDArray[np.float32]]
+) -> dict[str, float]:
+    """How much each map counts beside the albedo, in parts of what it does without an importance."""
+    means, alike = face_means(seen, inside), map_factors(character, {})
+    return {name: mean / means[ALBEDO] / alike[name] for name, mean in means.items() if mean > 0}
 
 
 def _fit(name: str, model: CompressedTextures, character: Character) -> dict[str, Any]:
@@ -166,6 +180,13 @@ def _conditions(
         "errors": "image RMSE 0..255, encoded sRGB, over head pixels; root mean square over expressions",
         "texture_region": "the character's mask" if character.masked else "whole texture",
         "maps_rendered": rendered_maps(character),
-        "importance_of": OPERATOR if len(character.maps) == 1 else f"{OPERATOR}; {OTHERS}",
         **fit,
     }
+
+
+def _words(character: Character, importance: Mapping[Key, NDArray[np.float32]]) -> list[str]:
+    """How the importance of each map was found."""
+    met = [name for name in dict.fromkeys(name for name, _ in importance) if name != ALBEDO]
+    unmet = [kind.name for kind in character.maps if kind.name not in (ALBEDO, *met)]
+    found = [(met, SLOPES), (unmet, WITHOUT)]
+    return [LINEAR, *(f"{', '.join(names)}: {words}" for names, words in found if names)]

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.maps import ALBEDO
+from facezip.character.maps import ALBEDO, Key
 from facezip.character.scans import NEUTRAL, Character, Stack
 from facezip.character.tiles import Atlas
 from facezip.files.srgb import decode_srgb
-from render.importance import Sight, staged_albedo
+from render.importance import Sight, face_means, staged_albedo
 from render.operator import ImageOperator
 from reports.figures import nice_ticks
 from reports.images import BACKDROP, ColourScale, Crop, data_uri, display, to_bytes
@@ -38,13 +38,13 @@ def scale_of(importance: Mapping[str, Any]) -> ColourScale:
 
 
 def head_panels(
-    character: Character, importance: Mapping[int, NDArray[np.float32]], sight: Sight, scale: ColourScale
+    character: Character, importance: Mapping[Key, NDArray[np.float32]], sight: Sight, scale: ColourScale
 ) -> list[tuple[Panel, Panel]]:
-    """The neutral head and its importance, from each view under the first light of ``sight``."""
+    """The neutral head and its albedo's importance, from each view under the first light of ``sight``."""
     rigs = dict(reversed(sight.looks))
     first = replace(sight, looks=tuple((view, rigs[view]) for view in reversed(rigs)))
     neutral = decode_srgb(staged_albedo(character, NEUTRAL))
-    weights = Atlas.of(character.tiles).joined({tile: one[:, :, None] for tile, one in importance.items()})
+    weights = Atlas.of(character.tiles).joined({tile: importance[ALBEDO, tile][:, :, None] for tile in character.tiles})
     operators = first.operators(character, first.renderer(character), NEUTRAL)
     panels = []
     for (view, rig), operator in zip(first.looks, operators, strict=True):
@@ -63,13 +63,18 @@ def head_panels(
     return panels
 
 
-def uv_panels(character: Character, importance: Mapping[int, NDArray[np.float32]], scale: ColourScale) -> list[Panel]:
-    """The importance in UV, a picture a tile, on the backdrop where the mask leaves texels out."""
-    several = len(importance) > 1
-    return [
-        _uv_panel(character.stacks[ALBEDO, tile], one, scale, f"UV, tile {tile}" if several else "UV")
-        for tile, one in importance.items()
-    ]
+def uv_panels(character: Character, importance: Mapping[Key, NDArray[np.float32]], scale: ColourScale) -> list[Panel]:
+    """The importance in UV, a picture for each map and tile, on the backdrop where the mask leaves texels out.
+
+    Each map in units of its own mean over the face.
+    """
+    means = face_means(importance, {key: character.stacks[key].weight for key in importance})
+    panels = []
+    for (name, tile), one in importance.items():
+        words = [name] * (len(means) > 1) + [f"tile {tile}"] * (len(character.tiles) > 1)
+        caption = ", ".join(["UV", *words])
+        panels.append(_uv_panel(character.stacks[name, tile], one / np.float32(means[name]), scale, caption))
+    return panels
 
 
 def _uv_panel(stack: Stack, importance: NDArray[np.float32], scale: ColourScale, caption: str) -> Panel:

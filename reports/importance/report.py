@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.character.maps import ALBEDO, Key
 from facezip.character.scans import Character
 from facezip.files.writing import write_whole
 from render.importance import Sight
@@ -27,7 +28,7 @@ TONES = {"uniform": "rival-2", "importance": "pack-0"}
 def write_importance_report(
     document: Mapping[str, Any],
     character: Character,
-    importance: Mapping[int, NDArray[np.float32]],
+    importance: Mapping[Key, NDArray[np.float32]],
     sight: Sight,
     folder: Path,
 ) -> Path:
@@ -85,9 +86,13 @@ def find(document: Mapping[str, Any]) -> list[dict[str, str]]:
 
 
 def _maps(document: Mapping[str, Any]) -> str:
-    conditions = document["conditions"]
-    words = conditions["importance_of"]
-    return f"It is the importance of {words}. The images that judge show {', '.join(conditions['maps_rendered'])}."
+    """How much maps count beside each other."""
+    counts = {name: count for name, count in document["importance"]["counts"].items() if name != ALBEDO}
+    shown = ", ".join(f"{name} {number(count, 3)}" for name, count in counts.items())
+    return (
+        f"Beside the albedo maps count as much as their differences show in the images, in parts of what they count "
+        f"without an importance: {shown}."
+    )
 
 
 def _sentence(pair: Mapping[str, float], worst: float) -> str:
