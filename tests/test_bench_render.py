@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 
 from facezip.character.loading import save_character
+from facezip.character.meshes import Meshes
+from facezip.character.scans import Stack
 from facezip.errors import ExitCode
-from render.bench import render_alone, renderer_of
+from render.bench import Pose, render_alone, renderer_of
 from render.convergence import bench_metrics
 from render.metrics import METRICS
 from render.settings import Settings
 from render.skins import SkinMaps, upload
 from scenes.cameras import VIEWS
-from tests.facezip.conftest import random_character
+from tests.facezip.conftest import one_albedo, random_character
+from tests.render.conftest import lumpy_head
 from tests.test_cli import run
 
 
@@ -54,8 +57,6 @@ def test_the_same_samples_do_not_deviate_from_themselves(character_on_a_ball):
     character = character_on_a_ball
     settings = Settings(views=VIEWS[:1], lights=("studio",), resolution=24, spp=64)
     textures = [character.texture("smile"), np.clip(character.texture("smile") + np.float32(0.05), 0, 1)]
-    from render.bench import Pose
-
     found = bench_metrics(character, [Pose(character.meshes.vertices[0], textures)], settings, 128)["deviation"]
     assert {*found} == {*METRICS, "image_rmse_debiased", "delta_e_p95_plain"}
     assert all(abs(metric["largest"]) < 0.05 for metric in found.values())
@@ -63,14 +64,11 @@ def test_the_same_samples_do_not_deviate_from_themselves(character_on_a_ball):
 
 @pytest.fixture
 def character_on_a_ball():
-    from facezip.character.scans import Character
-    from tests.render.conftest import lumpy_head
-
     vertices, topology = lumpy_head()
     rng = np.random.default_rng(0)
     textures = np.kron(rng.integers(60, 200, (3, 8, 8, 3)), np.ones((1, 4, 4, 1))).astype(np.uint8)
-    moved = np.stack([vertices, vertices])
-    return Character("ball", topology, ("smile", "frown"), vertices, moved, textures[0], textures[1:])
+    meshes = Meshes(topology, vertices, np.stack([vertices, vertices]))
+    return one_albedo(Stack(textures[0], textures[1:]), meshes, ("smile", "frown"))
 
 
 @pytest.mark.parametrize(

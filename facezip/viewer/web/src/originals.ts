@@ -36,9 +36,12 @@ export class Originals {
     const blends = this.blends.flatMap((tile) => maps.map((m) => tile[m]));
     for (const blend of blends) blend.follow(weights, revision);
     for (const blend of blends) {
+      // Always in one order, whatever arrives first: sums of half floats depend on it.
+      let ahead = 0;
       for (const n of [...blend.pending.keys()]) {
         const texels = this.texels(blend, n);
-        if (texels) blend.add(n, texels);
+        if (texels && ahead === 0) blend.add(n, texels);
+        else if (++ahead === MOST_ASKED) break;
       }
     }
     return blends.every(({ pending }) => pending.size === 0);
@@ -72,7 +75,7 @@ export class Originals {
   }
 }
 
-/** The sum of one map on one tile, to which each texture is added as it arrives. */
+/** The sum of one map on one tile, to which textures are added in turn. */
 class Blend {
   readonly target: THREE.WebGLRenderTarget;
   /** What is still to be added, and how much of it. */
