@@ -1,6 +1,7 @@
 """The ``facezip`` command: one verb a module in ``facezip.commands``, errors as one line and an exit code."""
 
 import json
+import logging
 import sys
 from importlib import import_module
 
@@ -70,6 +71,8 @@ def main() -> None:
     """Run the command line; never shows a traceback for bad input."""
     try:
         with show_progress():
+            # Here, since bars stand on stderr, and what is said goes above them.
+            logging.basicConfig(format="%(name)s: %(message)s")
             status = facezip.main(standalone_mode=False)
     except click.ClickException as error:
         error.show()

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from facezip.character.folder import load_folder, save_folder
 from facezip.character.gltf_file import load_glb, save_glb
+from facezip.character.notes import say
 from facezip.character.scans import Character, check_names
 from facezip.files.reading import reading
 
@@ -17,6 +18,9 @@ def load_character(path: str | Path, *, keep_floats: bool = False, maps: tuple[s
     ``NAME.roughness.png``, ``NAME.specular.png`` and ``NAME.cavity.png``; with UDIM, ``NAME.1001.png``,
     ``NAME.normal.1001.png`` … Other names are said in ``character.toml`` (docs/maps.md). ``mask.png``, where present,
     limits the face region. PNG, TIFF, JPEG or OpenEXR. Expressions come in the order of their names.
+
+    What files say that is not ordinary, and what was done about it, is in the character's ``notes`` and in the log
+    ``facezip``, as warnings.
 
     Parameters
     ----------
@@ -32,7 +36,9 @@ def load_character(path: str | Path, *, keep_floats: bool = False, maps: tuple[s
     """
     path = Path(path)
     with reading(path):
-        return load_glb(path) if path.suffix.lower() == GLB else load_folder(path, keep_floats, maps)
+        character = load_glb(path) if path.suffix.lower() == GLB else load_folder(path, keep_floats, maps)
+    say(character.name, character.notes)
+    return character
 
 
 def save_character(character: Character, path: str | Path) -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from facezip.character.maps import ALBEDO, Key, Map
 from facezip.character.meshes import Meshes
 from facezip.character.neutrals import neutral_bits
+from facezip.character.notes import Note, lines
 from facezip.character.tiles import shifted
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import Texels
@@ -71,6 +72,7 @@ class Character:
     meshes : the geometry, whose UV layout spans all tiles.
     maps : the kinds of maps, albedo first.
     stacks : the texels by map and tile.
+    notes : what its files say that is not ordinary, and what was done about it.
     """
 
     name: str
@@ -78,6 +80,7 @@ class Character:
     meshes: Meshes
     maps: tuple[Map, ...]
     stacks: Mapping[Key, Stack]
+    notes: tuple[Note, ...] = ()
 
     @property
     def tiles(self) -> tuple[int, ...]:
@@ -106,6 +109,7 @@ class Character:
             "triangles": len(self.meshes.topology.faces),
             "maps": [{"name": kind.name, "encoding": kind.encoding} for kind in self.maps],
             "tiles": list(self.tiles),
+            "notes": lines(self.notes),
         }
 
     @property
