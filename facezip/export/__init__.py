@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+from facezip.export.blender import export_blender
 from facezip.export.gltf import export_gltf
 from facezip.export.godot import export_godot
 from facezip.export.unity import export_unity
@@ -15,5 +16,6 @@ TARGETS: dict[str, Callable[..., dict[str, Any]]] = {
     "unity": export_unity,
     "unreal": export_unreal,
     "godot": export_godot,
+    "blender": export_blender,
     "web": export_web,
 }

