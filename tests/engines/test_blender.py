@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from facezip import FaceZipError
 from facezip.export import TARGETS
@@ -23,13 +24,15 @@ from tests.facezip.conftest import random_model
 from tests.facezip.export.conftest import smooth_model
 
 # Names longer than Blender keeps, which are alike as far as it does.
-LONG = ("é" * 60 + " one", "é" * 60 + " two", "a" * 63)
+LONG = ("é" * 60 + " one", "é" * 60 + " two", "a" * 63, "short")
 CASES = {
     **{name: made for name, made in HEADS.items() if "in blocks" not in name},
     "20 shapes": head(smooth_model(side=64, expressions=20, meshes=False)),
     "52 shapes": head(smooth_model(side=64, expressions=52, meshes=False)),
     "long names": head(named(random_model(expressions=len(LONG)), LONG)),
 }
+# The left half of the texture and all of it, by gain.
+REGIONS = {"left": 0.25, "brow's \"edge\"": 0.5}
 # Of 255.
 AT_TEXELS, ON_HEAD = 0.5, 0.1
 
@@ -55,6 +58,7 @@ class Case:
             "size": self.surface.parts["albedo", self.surface.tiles[0]].neutral.shape[:2],
             "maps": spans,
             "poses": self.poses,
+            "from_editor": self.name in ("one map", "odd names"),
             "jobs": ["pictures", "baked", "reopened"] if "shapes" in self.name else ["pictures", "reopened"],
         }
 
@@ -64,32 +68,53 @@ def poses(surface):
     names = surface.expressions
     rng = np.random.default_rng(len(names))
     mixed = dict(zip(names, (rng.uniform(-0.5, 1, len(names)) / np.sqrt(len(names))).tolist(), strict=True))
-    return [({}, {}), ({names[-1]: 1.0}, {}), (mixed, {}), (mixed, {"gains.maps.albedo": 0.5})]
+    halved = {"gains.maps.albedo": 0.5}
+    return [({}, {}), ({names[-1]: 1.0}, {}), (mixed, {}), (mixed, halved), (mixed, {f"gains.expressions.{names[-1]}": 0})]
 
 
 def expected(case, kind, tile, number):
     """A map of a pose, from 0 to 1 of its range."""
     weights, gains = case.poses[number]
     gain = gains.get(f"gains.maps.{kind.name}", 1.0)
-    values = case.surface.blend({name: gain * value for name, value in weights.items()}, kind.name, tile)
+    strengths = {name: gain * gains.get(f"gains.expressions.{name}", 1.0) for name in weights}
+    values = case.surface.blend(
+        {name: strengths[name] * value for name, value in weights.items()}, kind.name, tile
+    )
     return 0.5 * values + 0.5 if kind.is_normal else (values - kind.low) / (kind.high - kind.low)
 
 
 def seen(case, kind, tile, number):
+    number %= len(case.poses)
     values = cycles.picture(case.output / f"{tile}.{kind.name}.{number}.exr")
     return encode_srgb(np.clip(values, 0, 1)) if kind.encoding == "srgb" else values
+
+
+def add_regions(folder):
+    """As an export with regions has them."""
+    document = json.loads((folder / "facezip.json").read_text())
+    height, width = document["weight_size"]
+    masks = np.full((height, 2 * width), 255, np.uint8)
+    masks[:, width // 2 : width] = 0
+    Image.fromarray(masks).save(folder / "regions.png")
+    document["gains"] = {"regions": list(REGIONS)}
+    document["regions"] = {"file": "regions.png", "columns": 2, "size": [height, width]}
+    (folder / "facezip.json").write_text(json.dumps(document))
 
 
 @pytest.fixture(scope="module")
 def cases(tmp_path_factory):
     found = {}
-    for number, (name, surface) in enumerate(CASES.items()):
+    regions = {"regions": head(smooth_model(side=64, meshes=False))}
+    for number, (name, surface) in enumerate({**CASES, **regions}.items()):
         folder = tmp_path_factory.mktemp("blender")
         write_pack(surface, folder / "me.facezip")
         TARGETS["blender"](folder / "me.facezip", folder / f"case_{number}")
         (folder / "out").mkdir()
         model = read_pack(folder / "me.facezip")
         found[name] = Case(name, model, folder / f"case_{number}", folder / "out", poses(model))
+        if name == "regions":
+            add_regions(folder / f"case_{number}")
+            found[name].poses.append((found[name].poses[2][0], {f"gains.regions.{k}": v for k, v in REGIONS.items()}))
     return found
 
 
@@ -145,6 +170,17 @@ def test_cycles_shows_the_blend_at_the_centres_of_texels(answers, case):
                 assert 255 * np.abs(difference).max() <= AT_TEXELS, (kind.name, tile, number)
 
 
+def test_a_region_can_be_turned_down(answers, cases):
+    case = cases["regions"]
+    shown, weights = seen(case, case.surface.maps[0], 1001, -1), case.poses[-1][0]
+    # Between the halves masks are interpolated, from one texel of a weight map to the next.
+    half, step = 32, 8
+    for columns, gain in ((slice(0, half - step), 0.25 * 0.5), (slice(half + step, None), 0.5)):
+        expected = case.surface.blend({name: gain * value for name, value in weights.items()})
+        assert 255 * np.abs(shown - expected)[:, columns].max() <= AT_TEXELS
+        assert 255 * np.abs(shown - case.surface.blend(weights))[:, columns].max() > 2 * AT_TEXELS
+
+
 @pytest.mark.parametrize("name", ["20 shapes", "52 shapes"])
 def test_baked_on_the_head_it_is_the_blend(answers, cases, name):
     """Of textures like those of skin: Blender's bakes look a little beside the centres of texels."""
@@ -178,5 +214,6 @@ def test_sliders_view_and_colour_spaces_are_as_the_guide_says(answers, case):
 
 
 def test_drivers_work_after_saving_with_scripts_off(answers, case):
-    for (weights, _), given in zip(case.poses, answer(answers, case)["reopened"], strict=True):
-        np.testing.assert_allclose(given, [weights.get(name, 0) for name in case.surface.expressions], atol=1e-6)
+    for (weights, gains), given in zip(case.poses, answer(answers, case)["reopened"], strict=True):
+        shown = [gains.get(f"gains.expressions.{name}", 1) * weights.get(name, 0) for name in case.surface.expressions]
+        np.testing.assert_allclose(given, shown, atol=1e-6)

@@ -16,10 +16,16 @@ import numpy as np
 REQUEST = Path(sys.argv[1])
 
 
-def build(folder):
-    """The head of an export in an empty scene."""
+def build(folder, from_editor):
+    """The head of an export in an empty scene, by the text editor's Run Script or as ``--python`` runs a file."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    return runpy.run_path(str(folder / "build_head.py"))["build"](folder)
+    script = str(folder / "build_head.py")
+    if from_editor:
+        with bpy.context.temp_override(edit_text=bpy.data.texts.load(script)):
+            bpy.ops.text.run_script()
+    else:
+        runpy.run_path(script, run_name="__main__")
+    return next(thing for thing in bpy.data.objects if thing.type == "MESH")
 
 
 def pose(head, weights, gains=None):
@@ -178,7 +184,7 @@ def main():
     request = json.loads(REQUEST.read_text(encoding="utf-8"))
     answers = {"version": bpy.app.version_string, "cases": {}}
     for case in request["cases"]:
-        head = build(Path(case["folder"]))
+        head = build(Path(case["folder"]), case["from_editor"])
         head["names"] = json.dumps(case["names"])
         answer = facts(head)
         for job in case["jobs"]:
