@@ -8,6 +8,7 @@ from facezip.export.gltf import export_gltf
 from facezip.export.godot import export_godot
 from facezip.export.unity import export_unity
 from facezip.export.unreal import export_unreal
+from facezip.export.usd import export_usd
 from facezip.export.web import export_web
 
 # Each is called with the pack and the output, and with those options as keywords that were given.
@@ -17,5 +18,6 @@ TARGETS: dict[str, Callable[..., dict[str, Any]]] = {
     "unreal": export_unreal,
     "godot": export_godot,
     "blender": export_blender,
+    "usd": export_usd,
     "web": export_web,
 }

@@ -68,12 +68,12 @@ def _material(glb: GlbBuilder, tile: Tile, name: str, several: str, albedo: Path
         index = glb.image(name, albedo.read_bytes(), "image/ktx2")
         color = _texture(glb, name, {"extensions": {BASIS_EXTENSION: {"source": index}}})
     else:
-        color = _image(glb, name, _stored(tile, "albedo"))
+        color = _image(glb, name, stored_neutral(tile, "albedo"))
     normal = roughness = None
     if "normal" in tile.known:
-        normal = _image(glb, f"normal{several}", _stored(tile, "normal"))
+        normal = _image(glb, f"normal{several}", stored_neutral(tile, "normal"))
     if "roughness" in tile.known:
-        grey = _stored(tile, "roughness")
+        grey = stored_neutral(tile, "roughness")
         # Green is roughness there, and blue metalness.
         green = by_rows(lambda rows: grey[rows] * np.array([1, 1, 0], grey.dtype), (*grey.shape[:2], 3), grey.dtype)
         roughness = _image(glb, f"roughness{several}", green)
@@ -81,7 +81,7 @@ def _material(glb: GlbBuilder, tile: Tile, name: str, several: str, albedo: Path
     return {**material, "extras": {"tile": tile.layout.number}} if several else material
 
 
-def _stored(tile: Tile, name: str) -> Texels:
+def stored_neutral(tile: Tile, name: str) -> Texels:
     """The neutral of a map as an image, what lies outside the chart replaced by what is nearest inside."""
     sheet, at = tile.sheet_of(name)
     kind = next(kind for kind in tile.maps if kind.name == name)

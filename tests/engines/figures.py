@@ -39,7 +39,9 @@ def main():
             print(f"{kind.name}: {255 * max(errors):.3f} of 255 at the centres of texels at most")
         errors = [baked(folder / f"baked.{n}.npy") - expected(case, surface.maps[0], 1001, n) for n in numbers]
         values = [255 * np.sqrt(np.mean(np.square(error[chart]))) for error in errors]
-        print(f"baked on the head: RMSE {max(values):.3f} at most, largest {255 * max(np.abs(e[chart]).max() for e in errors):.2f}")
+        print(
+            f"baked on the head: RMSE {max(values):.3f} at most, largest {255 * max(np.abs(e[chart]).max() for e in errors):.2f}"
+        )
 
 
 def baked(file):

@@ -47,7 +47,10 @@ def lights(rig, frame):
 def originals(folder, maps, expression):
     """The scans' textures of an expression, by what the export calls their neutrals."""
     names = {name: "neutral" if name == "albedo" else f"{name}_neutral" for name in maps}
-    files = {f"{file}.png": folder / f"{expression}{'' if name == 'albedo' else f'.{name}'}.png" for name, file in names.items()}
+    files = {
+        f"{file}.png": folder / f"{expression}{'' if name == 'albedo' else f'.{name}'}.png"
+        for name, file in names.items()
+    }
     return {name: str(file.resolve()) for name, file in files.items()}
 
 

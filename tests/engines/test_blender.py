@@ -32,7 +32,7 @@ CASES = {
     "long names": head(named(random_model(expressions=len(LONG)), LONG)),
 }
 # The left half of the texture and all of it, by gain.
-REGIONS = {"left": 0.25, "brow's \"edge\"": 0.5}
+REGIONS = {"left": 0.25, 'brow\'s "edge"': 0.5}
 # Of 255.
 AT_TEXELS, ON_HEAD = 0.5, 0.1
 
@@ -69,7 +69,13 @@ def poses(surface):
     rng = np.random.default_rng(len(names))
     mixed = dict(zip(names, (rng.uniform(-0.5, 1, len(names)) / np.sqrt(len(names))).tolist(), strict=True))
     halved = {"gains.maps.albedo": 0.5}
-    return [({}, {}), ({names[-1]: 1.0}, {}), (mixed, {}), (mixed, halved), (mixed, {f"gains.expressions.{names[-1]}": 0})]
+    return [
+        ({}, {}),
+        ({names[-1]: 1.0}, {}),
+        (mixed, {}),
+        (mixed, halved),
+        (mixed, {f"gains.expressions.{names[-1]}": 0}),
+    ]
 
 
 def expected(case, kind, tile, number):
@@ -77,9 +83,7 @@ def expected(case, kind, tile, number):
     weights, gains = case.poses[number]
     gain = gains.get(f"gains.maps.{kind.name}", 1.0)
     strengths = {name: gain * gains.get(f"gains.expressions.{name}", 1.0) for name in weights}
-    values = case.surface.blend(
-        {name: strengths[name] * value for name, value in weights.items()}, kind.name, tile
-    )
+    values = case.surface.blend({name: strengths[name] * value for name, value in weights.items()}, kind.name, tile)
     return 0.5 * values + 0.5 if kind.is_normal else (values - kind.low) / (kind.high - kind.low)
 
 
