@@ -42,6 +42,12 @@ MIPS = {
     help="Whether maps share textures as far as they fit, with the fewest fetches (default), or have their own, in "
     "blocks with smaller errors: normals BC5, single numbers BC4.",
 )
+@click.option(
+    "--animation",
+    type=options.FOLDER,
+    metavar="FRAMES.csv",
+    help="Weights by frame: names of expressions in the first row (usd).  [default: every expression in turn]",
+)
 @options.memory
 @options.overwrite
 @options.as_json
@@ -52,6 +58,7 @@ def command(
     textures: str | None,
     character: Path | None,
     maps: str | None,
+    animation: Path | None,
     memory: int | None,
     overwrite: bool,
     as_json: bool,
@@ -62,7 +69,7 @@ def command(
     Of several maps all are written, of several UDIM tiles each into a folder of its number.
     For web it is the viewer as one HTML file that opens from disk.
     """
-    given: dict[str, Any] = {"textures": textures, "character": character, "maps": maps}
+    given: dict[str, Any] = {"textures": textures, "character": character, "maps": maps, "animation": animation}
     given = {name: value for name, value in given.items() if value is not None}
     for name in given.keys() - signature(TARGETS[target]).parameters.keys():
         raise click.UsageError(f"--{name} says nothing to --to {target}: leave it out")

@@ -1,4 +1,4 @@
-"""An animation for programs that cannot blend weight maps themselves: β by frame, and weight maps blended beforehand."""
+"""An animation for programs that cannot blend weight maps: β by frame, and weight maps blended beforehand."""
 
 import csv
 from collections.abc import Mapping, Sequence

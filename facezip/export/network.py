@@ -1,6 +1,6 @@
 """The blend as a network of MaterialX nodes: textures of blended weights in, all maps and a skin out."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 from typing import cast
@@ -35,7 +35,7 @@ class Node:
     category: str
     definition: str
     type: str
-    inputs: "dict[str, Value]"
+    inputs: "Mapping[str, Value]"
 
 
 # Numbers, a text, or the path of a texture.
@@ -55,9 +55,9 @@ class Network:
     nodes: dict[str, Node] = field(default_factory=dict)
     maps: dict[str, Node] = field(default_factory=dict)
 
-    def add(self, category: str, kind: str, type: str, name: str = "", **inputs: Value) -> Node:
-        """A node of the definition ``ND_category_kind``, named by its number unless it has a name."""
-        node = Node(name or f"{category}_{len(self.nodes)}", category, f"ND_{category}_{kind}", type, inputs)
+    def add(self, category: str, kind: str, output: str, inputs: "Mapping[str, Value]", name: str = "") -> Node:
+        """A node ``ND_category_kind`` with an output of a type, named by its number unless it has a name."""
+        node = Node(name or f"{category}_{len(self.nodes)}", category, f"ND_{category}_{kind}", output, inputs)
         self.nodes[node.name] = node
         return node
 
@@ -65,35 +65,36 @@ class Network:
         """An operation on a number or vector and another; or on a vector and one number, which counts for all."""
         one = second.type == "float" if isinstance(second, Node) else not isinstance(second, tuple)
         kind = f"{first.type}FA" if one and first.type != "float" else first.type
-        return self.add(category, kind, first.type, in1=first, in2=second)
+        return self.add(category, kind, first.type, {"in1": first, "in2": second})
 
     def part(self, vector: Node, index: int) -> Node:
         """One number of a vector; a number has but one."""
         if vector.type == "float":
             return vector
-        return self.add("extract", vector.type, "float", **{"in": vector, "index": index})
+        return self.add("extract", vector.type, "float", {"in": vector, "index": index})
 
     def joined(self, numbers: Sequence[Value]) -> Node:
         """Up to three numbers as a vector of three; further ones are the last."""
         last = numbers[-1]
         padded = [*numbers, last, last][:3]
-        return self.add("combine3", "vector3", "vector3", **{f"in{k}": value for k, value in enumerate(padded, 1)})
+        return self.add("combine3", "vector3", "vector3", {f"in{k}": value for k, value in enumerate(padded, 1)})
 
-    def texture(self, name: str, file: str, type: str) -> Node:
+    def texture(self, name: str, file: str, output: str) -> Node:
         """A texture as plain numbers, bilinear and clamped."""
+        place: dict[str, Value] = {"file": PurePosixPath(file), "texcoord": self.nodes["uv"]}
         sampled = {"filtertype": "linear", "uaddressmode": "clamp", "vaddressmode": "clamp"}
-        return self.add("image", type, type, name, file=PurePosixPath(file), texcoord=self.nodes["uv"], **sampled)
+        return self.add("image", output, output, {**place, **sampled}, name)
 
 
 def blend_network(tile: Tile) -> Network:
     """The network of a tile, whose textures lie in one folder; the gain of each map is a node ``gain_MAP``."""
     network, words = Network(), shader_words(tile, GLSL)
-    network.add("texcoord", "vector2", "vector2", "uv")
+    network.add("texcoord", "vector2", "vector2", {}, "uv")
     layers = [network.texture(f"weights_{k}", weights_file(k, 0), "vector4") for k in cast(range, words["layers"])]
     slots = range(len(tile.layout.weight_span))
     weights = [network.part(layers[slot // SLOTS_PER_LAYER], slot % SLOTS_PER_LAYER) for slot in slots]
     for kind in tile.maps:
-        network.add("constant", "float", "float", f"gain_{kind.name}", value=1.0)
+        network.add("constant", "float", "float", {"value": 1.0}, f"gain_{kind.name}")
     for sheet, said in zip(tile.sheets, cast(list[SheetWords], words["sheets"]), strict=True):
         value = _values(network, sheet, said, weights)
         network.maps |= {kind.name: _map(network, kind, at, value) for kind, at in sheet.maps}
@@ -112,7 +113,7 @@ def _values(network: Network, sheet: Sheet, said: SheetWords, weights: Sequence[
     stored = "float" if sheet.channels == 1 else "vector3"
     textures = [network.texture(name, f"{name}.png", stored) for name in sheet.textures]
     if wide and stored == "float":
-        textures = [network.add("convert", "float_vector3", "vector3", **{"in": texture}) for texture in textures]
+        textures = [network.add("convert", "float_vector3", "vector3", {"in": texture}) for texture in textures]
     value = textures[0]
     if said.gain:
         value = network.two("multiply", value, _numbers(said.gain))
@@ -128,8 +129,8 @@ def _values(network: Network, sheet: Sheet, said: SheetWords, weights: Sequence[
     for step in steps[1:]:
         change = network.two("add", change, step)
     value = network.two("add", value, network.two("multiply", change, _gain(network, sheet)))
-    limits = {"low": _numbers(said.low), "high": _numbers(said.high)}
-    return network.add("clamp", value.type, value.type, **{"in": value}, **limits)
+    limited = {"in": value, "low": _numbers(said.low), "high": _numbers(said.high)}
+    return network.add("clamp", value.type, value.type, limited)
 
 
 def _numbers(values: Sequence[float]) -> Value:
@@ -147,7 +148,7 @@ def _slopes(network: Network, value: Node, channels: Sequence[int]) -> Node:
     parts = [network.part(value, k) for k in range(3)]
     squares = [network.two("multiply", parts[k], parts[k]) for k in channels]
     rest = network.two("add", network.two("multiply", network.two("add", *squares), -1.0), 1.0)
-    z = network.add("sqrt", "float", "float", **{"in": network.two("max", rest, 0.0)})
+    z = network.add("sqrt", "float", "float", {"in": network.two("max", rest, 0.0)})
     for k in channels:
         parts[k] = network.two("divide", parts[k], network.two("max", z, LEAST_Z))
     return network.joined(parts)
@@ -155,11 +156,11 @@ def _slopes(network: Network, value: Node, channels: Sequence[int]) -> Node:
 
 def _map(network: Network, kind: Map, at: slice, value: Node) -> Node:
     if kind.encoding == "srgb":
-        colour = network.add("convert", "vector3_color3", "color3", **{"in": value})
-        return network.add("srgb_texture_to_lin_rec709", "color3", "color3", **{"in": colour})
+        colour = network.add("convert", "vector3_color3", "color3", {"in": value})
+        return network.add("srgb_texture_to_lin_rec709", "color3", "color3", {"in": colour})
     numbers = [network.part(value, k) for k in range(at.start, at.stop)]
     if kind.is_normal:
-        normal = network.add("normalize", "vector3", "vector3", **{"in": network.joined([*numbers, 1.0])})
+        normal = network.add("normalize", "vector3", "vector3", {"in": network.joined([*numbers, 1.0])})
         return network.two("add", network.two("multiply", normal, 0.5), 0.5)
     return numbers[0] if len(numbers) == 1 else network.joined(numbers)
 
@@ -176,10 +177,10 @@ def _skin(network: Network, maps: dict[str, Node]) -> None:
     # F₀ = ((η - 1) / (η + 1))² = 0.08 · specular.
     inputs["specular_IOR"] = 2 / (1 - (0.08 * SPECULAR) ** 0.5) - 1
     if "specular" in maps:
-        root = network.add("sqrt", "float", "float", **{"in": network.two("multiply", maps["specular"], 0.08)})
+        root = network.add("sqrt", "float", "float", {"in": network.two("multiply", maps["specular"], 0.08)})
         rest = network.two("add", network.two("multiply", root, -1.0), 1.0)
-        eta = network.add("divide", "float", "float", in1=2.0, in2=rest)
+        eta = network.add("divide", "float", "float", {"in1": 2.0, "in2": rest})
         inputs["specular_IOR"] = network.two("subtract", eta, 1.0)
     if "normal" in maps:
-        inputs["normal"] = network.add("normalmap", "float", "vector3", **{"in": maps["normal"]})
-    network.add("standard_surface", "surfaceshader", "surfaceshader", "skin", **inputs)
+        inputs["normal"] = network.add("normalmap", "float", "vector3", {"in": maps["normal"]})
+    network.add("standard_surface", "surfaceshader", "surfaceshader", inputs, "skin")

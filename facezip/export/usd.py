@@ -1,7 +1,7 @@
 """USD: a head with UsdSkel blend shapes, an animation, and its blend as MaterialX; a UsdPreviewSurface as fallback.
 
-USD cannot connect a blend shape's weight to a material. So what is exported is an animation: its weight maps are blended
-beforehand, a small image a frame, and are time samples of the material.
+USD cannot connect a blend shape's weight to a material. So what is exported is an animation: its weight maps are
+blended beforehand, a small image a frame, and are time samples of the material.
 """
 
 import re

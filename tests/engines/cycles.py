@@ -1,4 +1,4 @@
-"""Blender as a Python package of its own environment: what ``make engines`` installs runs the scripts of ``blender``."""
+"""Blender as a Python package in an environment of its own, where the scripts of ``blender`` run: ``make engines``."""
 
 import json
 import os

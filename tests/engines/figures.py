@@ -1,7 +1,7 @@
 """How far Cycles is from ``blend``: ``python -m tests.engines.figures PACK``; needs what ``make engines`` installs.
 
-Of every map the largest error at the centres of texels, and of the albedo the RMSE of what is baked on the head, both of
-255 and inside the chart, over the neutral, every seventh expression and a blend.
+Of every map the largest error at the centres of texels, and of the albedo the RMSE of what is baked on the head; over
+the neutral, every seventh expression and a blend; of 255, inside the chart.
 """
 
 import sys
@@ -38,10 +38,9 @@ def main():
             errors = [np.abs(seen(case, kind, 1001, n) - expected(case, kind, 1001, n))[chart].max() for n in numbers]
             print(f"{kind.name}: {255 * max(errors):.3f} of 255 at the centres of texels at most")
         errors = [baked(folder / f"baked.{n}.npy") - expected(case, surface.maps[0], 1001, n) for n in numbers]
-        values = [255 * np.sqrt(np.mean(np.square(error[chart]))) for error in errors]
-        print(
-            f"baked on the head: RMSE {max(values):.3f} at most, largest {255 * max(np.abs(e[chart]).max() for e in errors):.2f}"
-        )
+        rmse = max(255 * np.sqrt(np.mean(np.square(error[chart]))) for error in errors)
+        largest = max(255 * np.abs(error[chart]).max() for error in errors)
+        print(f"baked on the head: RMSE {rmse:.3f} at most, largest {largest:.2f}")
 
 
 def baked(file):

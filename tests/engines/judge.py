@@ -86,9 +86,14 @@ def judged(demo, view_name, light):
         TARGETS["blender"](demo / "character.facezip", folder / "face", maps="apart")
         asked = list(shots(demo, folder, list(renders), maps))
         request = {
-            "folder": str(folder / "face"), "names": scans.expressions, "resolution": report["conditions"]["resolution"],
-            "samples": SAMPLES, "camera": camera(views[view_name], frame), "lights": lights(light, frame), "shots": asked,
-        }  # fmt: skip
+            "folder": str(folder / "face"),
+            "names": scans.expressions,
+            "resolution": report["conditions"]["resolution"],
+            "samples": SAMPLES,
+            "camera": camera(views[view_name], frame),
+            "lights": lights(light, frame),
+            "shots": asked,
+        }
         version = cycles.run("judge.py", folder, request, timeout=None)["version"]
         rows, agreement = [], []
         for shot in asked[:-1]:

@@ -76,7 +76,7 @@ def main():
     scene.render.film_transparent = True
     images = {Path(image.filepath).name: image for image in bpy.data.images}
     own = {name: image.filepath for name, image in images.items()}
-    silent = {name: 0.0 for name in head.keys() if name.startswith("gains.maps.")}
+    silent = {name: 0.0 for name in [*head.keys()] if name.startswith("gains.maps.")}
     for shot in request["shots"]:
         scene.cycles.seed = shot["seed"]
         pose(head, shot["weights"])

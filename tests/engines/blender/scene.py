@@ -25,7 +25,7 @@ def pose(head, weights, gains=None):
     names = json.loads(head["names"])
     for name, value in weights.items():
         head.data.shape_keys.key_blocks[1 + names.index(name)].value = value
-    for name in [name for name in head.keys() if name.startswith("gains.")]:
+    for name in [name for name in [*head.keys()] if name.startswith("gains.")]:
         head[name] = (gains or {}).get(name, 1.0)
     head.update_tag()
     bpy.context.view_layer.update()

@@ -113,7 +113,7 @@ def facts(head):
         "keys": [key.name for key in keys],
         "sliders": sorted({(key.slider_min, key.slider_max) for key in keys[1:]}),
         "view": [view.view_transform, view.look, view.exposure, view.gamma],
-        "gains": {name: head[name] for name in head.keys() if name.startswith("gains.")},
+        "gains": {name: head[name] for name in [*head.keys()] if name.startswith("gains.")},
         "images": {image.name: [image.colorspace_settings.name, image.alpha_mode] for image in bpy.data.images},
         "broken": [curve.data_path for material in materials(head).values()
                    for curve in material.node_tree.animation_data.drivers if not curve.driver.is_valid],
