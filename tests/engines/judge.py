@@ -8,6 +8,7 @@ by the same nodes with the scans' own textures. Expression, camera, lights and m
 
 import json
 import sys
+from collections import Counter
 from pathlib import Path
 from statistics import fmean
 from tempfile import TemporaryDirectory
@@ -19,6 +20,7 @@ from facezip.export import TARGETS
 from render.exr import read_exr
 from render.llvm import start
 from render.metrics import Picture, compare, display, head_crop
+from render.verdict import DECIDING, DEFAULT_THRESHOLDS
 from scenes.cameras import FIELD_OF_VIEW, View, frame_of, placement
 from scenes.lights import RIGS
 from tests.engines import cycles
@@ -117,6 +119,10 @@ def main():
     print(f"| **mean** | {line(*means)} |")
     ranks = [np.argsort(np.argsort([row[side]["flip"] for row in rows])) for side in (1, 2)]
     print(f"\nrank correlation of FLIP {np.corrcoef(*ranks)[0, 1]:.2f}; RMSE between the renderers {agreement:.1f}")
+    for judge, side in (("Mitsuba", 1), ("Cycles", 2)):
+        levels = Counter(DEFAULT_THRESHOLDS.level(*(row[side][name] for name in DECIDING)) for row in rows)
+        most = ", ".join(f"{name} {max(row[side][name] for row in rows):.3f}" for name in DECIDING)
+        print(f"{judge}: {', '.join(f'{count} {level}' for level, count in levels.items())}; at most {most}")
     print(f"noise floor of Cycles: RMSE {floor['image_rmse']:.2f}, FLIP {floor['flip']:.3f}")
 
 
