@@ -12,8 +12,9 @@ from facezip.errors import ErrorCode, FaceZipError
 from facezip.export.source import Tile
 from facezip.pack.model import MAX_BLEND
 
-# β by name; what is not named is zero.
+# β by name; what is not named is zero. With GAIN in front of a name, how strongly it changes textures: else 1.
 Frame = Mapping[str, float]
+GAIN = "gains.expressions."
 
 
 def every_expression(expressions: Sequence[str]) -> list[Frame]:
@@ -22,7 +23,7 @@ def every_expression(expressions: Sequence[str]) -> list[Frame]:
 
 
 def read_animation(path: Path) -> list[Frame]:
-    """Frames of a CSV file: names of expressions in its first row, and a row of weights for every frame.
+    """Frames of a CSV file: names of expressions, or of gains, in its first row; a row of numbers for every frame.
 
     Raises
     ------
@@ -48,15 +49,15 @@ def check(frames: Sequence[Frame], expressions: Sequence[str], whose: str) -> No
     """Raise ``UNKNOWN_NAME`` or ``BAD_VALUE`` for the first frame that a pack cannot show."""
     for frame in frames:
         for name, weight in frame.items():
-            if name not in expressions:
+            if name.removeprefix(GAIN) not in expressions and name not in expressions:
                 raise unknown("expression", name, expressions, whose)
             if not abs(weight) <= MAX_BLEND:
                 raise FaceZipError(ErrorCode.BAD_VALUE, f"weight {weight} of '{name}': must lie within ±{MAX_BLEND}")
 
 
 def blended(tile: Tile, frame: Frame) -> NDArray[np.float32]:
-    """The weight map ``(h, w, R)`` of a frame, Σ_n β_n W_n."""
-    beta = np.array([frame.get(name, 0.0) for name in tile.expressions], np.float32)
+    """The weight map ``(h, w, R)`` of a frame, Σ_n gain_n · β_n · W_n."""
+    beta = np.array([frame.get(GAIN + name, 1.0) * frame.get(name, 0.0) for name in tile.expressions], np.float32)
     return np.tensordot(beta, tile.sheets[0].weights, axes=1).astype(np.float32)
 
 

@@ -122,7 +122,8 @@ def main():
     for judge, side in (("Mitsuba", 1), ("Cycles", 2)):
         levels = Counter(DEFAULT_THRESHOLDS.level(*(row[side][name] for name in DECIDING)) for row in rows)
         most = ", ".join(f"{name} {max(row[side][name] for row in rows):.3f}" for name in DECIDING)
-        print(f"{judge}: {', '.join(f'{count} {level}' for level, count in levels.items())}; at most {most}")
+        worst = max(rows, key=lambda row, side=side: row[side]["delta_e_p95"])[0]
+        print(f"{judge}: {', '.join(f'{count} {level}' for level, count in levels.items())}; at most {most} ({worst})")
     print(f"noise floor of Cycles: RMSE {floor['image_rmse']:.2f}, FLIP {floor['flip']:.3f}")
 
 

@@ -10,6 +10,7 @@ import OpenImageIO as oiio
 import pytest
 
 from facezip.export import TARGETS
+from facezip.export.animation import GAIN
 from facezip.export.network import DIFFUSE_CAVITY, ROUGHNESS, SPECULAR, blend_network
 from facezip.export.source import read_source
 from facezip.files.images import read_texture_exactly, to_float
@@ -58,13 +59,22 @@ class Case:
 def frames(names):
     rng = np.random.default_rng(len(names))
     mixed = (rng.uniform(-0.5, 1, len(names)) / np.sqrt(len(names))).tolist()
-    return [{}, {names[-1]: 1.0}, dict(zip(names, mixed, strict=True))]
+    blend = dict(zip(names, mixed, strict=True))
+    return [{}, {names[-1]: 1.0}, blend, {**blend, GAIN + names[0]: 0.25}]
+
+
+def weights(frame):
+    """What textures follow."""
+    return {name: frame.get(GAIN + name, 1) * weight for name, weight in frame.items() if not name.startswith(GAIN)}
 
 
 def write_csv(file, names, rows):
     with open(file, "w", newline="", encoding="utf-8") as content:
         writer = csv.writer(content)
-        writer.writerows([names, *([row.get(name, 0.0) for name in names] for row in rows)])
+        gains = [[row.get(GAIN + name, 1.0) for name in names] for row in rows]
+        betas = [[row.get(name, 0.0) for name in names] for row in rows]
+        writer.writerow([*names, *(GAIN + name for name in names)])
+        writer.writerows([*beta, *gain] for beta, gain in zip(betas, gains, strict=True))
 
 
 @pytest.fixture(scope="module")
@@ -172,9 +182,9 @@ def test_every_file_is_there_at_every_frame(case, stage):
             files |= {attribute.Get(time).resolvedPath for time in times}
     names = {str(Path(file).relative_to(case.folder)) for file in files if file}
     assert "" not in files
-    weights = {name for name in names if "weights" in name}
+    images = {name for name in names if "weights" in name}
     layers = -(-case.surface.weights[case.surface.tiles[0]].shape[3] // 4)
-    assert len(weights) == len(case.frames) * layers * len(case.surface.tiles)
+    assert len(images) == len(case.frames) * layers * len(case.surface.tiles)
     assert all((case.folder / name).is_file() for name in names)
 
 
@@ -224,7 +234,7 @@ def test_uvs_and_materials_are_those_of_the_tiles(case, stage):
 def test_weights_of_a_frame_are_those_of_the_blend(case):
     for tile in case.surface.tiles:
         for number, frame in enumerate(case.frames):
-            expected = case.surface.combined(frame, tile)
+            expected = case.surface.combined(weights(frame), tile)
             for layer in range(-(-expected.shape[2] // 4)):
                 seen = exr(case.place(tile) / f"weights_{layer}.{number:04d}.exr")
                 slots = expected[..., 4 * layer : 4 * layer + 4]
@@ -266,7 +276,7 @@ def shown(gpu, case, tile, kind, number, text, channels):
 
 
 def expected(case, tile, kind, number, gain=1.0):
-    frame = {name: gain * weight for name, weight in case.frames[number].items()}
+    frame = {name: gain * weight for name, weight in weights(case.frames[number]).items()}
     values = case.surface.blend(frame, kind.name, tile)
     return 0.5 * values + 0.5 if kind.is_normal else (values - kind.low) / (kind.high - kind.low)
 
