@@ -71,8 +71,7 @@ def main() -> None:
     """Run the command line; never shows a traceback for bad input."""
     try:
         with show_progress():
-            # Here, since bars stand on stderr, and what is said goes above them.
-            logging.basicConfig(format="%(name)s: %(message)s")
+            _say_what_is_logged()
             status = facezip.main(standalone_mode=False)
     except click.ClickException as error:
         error.show()
@@ -86,6 +85,13 @@ def main() -> None:
         muted_stderr.end()
         status = _refused("interrupted", "interrupted; every output is as it was, or complete", 130)
     sys.exit(int(status or ExitCode.DONE))
+
+
+def _say_what_is_logged() -> None:
+    """Print what the library logs, above the bars that stand on stderr by now."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter("facezip: %(message)s"))
+    logging.getLogger("facezip").addHandler(handler)
 
 
 def _refused(code: str, message: str, status: int) -> int:
