@@ -10,7 +10,7 @@ demo: .venv/ready
 test: .venv/ready
 	$(BIN)/python -m pytest -rs --numprocesses auto --dist loadfile
 
-# Damage, kills, size claims, hostile names, mutants and fuzzing, as one table: ten minutes.
+# Damage, kills, power cuts, refused calls, size claims, hostile names, mutants and fuzzing, as one table: 20 minutes.
 trust: .venv/ready
 	$(BIN)/python -m tests.trust
 

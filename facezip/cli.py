@@ -36,6 +36,10 @@ BEGIN = "\b\nBegin with\n  facezip demo -o demo          a character, its pack a
 )
 
 
+# What Python says where there is no memory for the stack of a thread.
+NO_THREAD = "can't start new thread"
+
+
 class _Verbs(click.Group):
     """Imports the module of a verb only when that verb is called, so that ``info`` starts without a renderer."""
 
@@ -78,7 +82,9 @@ def main() -> None:
         status = _answered("usage", error.format_message(), error.exit_code)
     except FaceZipError as error:
         status = _refused(error.code, str(error), error.exit_code)
-    except MemoryError:
+    except (MemoryError, RuntimeError) as error:
+        if isinstance(error, RuntimeError) and NO_THREAD not in str(error):
+            raise
         message = "not enough memory; use smaller textures or a larger machine"
         status = _refused("out-of-memory", message, ExitCode.BAD_INPUT)
     except (click.Abort, KeyboardInterrupt):

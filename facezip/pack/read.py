@@ -13,7 +13,7 @@ from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.glb import GlbFault
 from facezip.files.images import Texels, read_texture_exactly
 from facezip.files.obj import read_obj
-from facezip.files.reading import reading
+from facezip.files.reading import reading, undisturbed
 from facezip.machine import memory
 from facezip.machine.cores import cores
 from facezip.machine.rows import by_rows
@@ -37,9 +37,13 @@ def read_pack(path: str | Path) -> CompressedTextures:
         says. Nothing is read from a pack that fails verification.
     """
     folder = Path(path)
-    manifest = verify_pack(folder)
-    memory.check(_row_bytes(manifest))
-    return read_stored(folder, manifest).dequantised()
+
+    def stored() -> StoredTextures:
+        manifest = verify_pack(folder)
+        memory.check(_row_bytes(manifest))
+        return read_stored(folder, manifest)
+
+    return undisturbed(folder, stored).dequantised()
 
 
 def _row_bytes(manifest: Manifest) -> int:
