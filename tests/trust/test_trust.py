@@ -33,7 +33,7 @@ BROKEN = {
 @pytest.mark.skipif(not may_trace(), reason=MISSING)
 @pytest.mark.parametrize("check", BROKEN)
 def test_the_table_finds_what_is_broken(check):
-    run = f"import sys; {BROKEN[check]}; sys.argv[1:] = '--part 0.1 --only {check}'.split(); main()"
+    run = f"import sys; {BROKEN[check]}; sys.argv[1:] = '--part 0.05 --only {check}'.split(); main()"
     call = [sys.executable, "-c", f"from tests.trust.__main__ import main; {run}"]
     done = subprocess.run(call, capture_output=True, text=True, timeout=250, check=False)
     assert done.returncode == 1, done.stdout + done.stderr
