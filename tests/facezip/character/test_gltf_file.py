@@ -9,7 +9,7 @@ import pytest
 
 from facezip import FaceZipError
 from facezip.character.gltf import add_mesh, start
-from facezip.character.gltf_file import VARIANTS
+from facezip.character.gltf_textures import VARIANTS
 from facezip.character.loading import load_character, save_character
 from facezip.character.meshes import Meshes
 from facezip.files.glb import Glb
