@@ -40,7 +40,6 @@ class Maps:
     path, images : the file.
     looks : of the neutral, first, and of every expression.
     mask : the look of the mask, where there is one.
-    own : the material of the face, which holds for textures that are no material's.
     topology : the mesh that they lie on.
     held : bytes that are held besides.
     """
@@ -51,12 +50,11 @@ class Maps:
         images: Images,
         looks: Mapping[str, Look],
         mask: Look | None,
-        own: Material | None,
         topology: Topology,
         held: int,
     ) -> None:
         self._path, self._images, self._looks, self._mask_look = path, images, looks, mask
-        self._own, self._topology, self._held = own, topology, held
+        self._topology, self._held = topology, held
         self._mask: NDArray[np.float32] | None = None
         self.notes: list[Note] = []
 
@@ -69,7 +67,9 @@ class Maps:
     def _sources(self, kind: str) -> dict[str, Source] | None:
         """What holds a map under each name; None, and a note where the neutral has it, if not all have it."""
         if kind == ALBEDO:
-            return {name: (look.source, look.material or self._own) for name, look in self._looks.items()}
+            # What the face is multiplied by holds for textures that are no material's, too.
+            own = self._looks[NEUTRAL].material
+            return {name: (look.source, look.material or own) for name, look in self._looks.items()}
         found: dict[str, Source] = {}
         for name, look in self._looks.items():
             use = None if look.material is None else look.material.textures.get(kind)

@@ -60,7 +60,9 @@ def load_gltf(path: Path, name: str, part: str | None, maps: tuple[str, ...] | N
     try:
         glb = Glb.read(path)
         _check_version(glb)
-        return _Reading(path, glb, part).character(name, maps)
+        held = _held(path, *_linked_buffers(glb))
+        memory.check(0, held)
+        return _Reading(path, glb, part, held).character(name, maps)
     except GlbFault as fault:
         raise FaceZipError(ErrorCode.UNREADABLE_MESH, f"{path}: {fault}") from None
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError, IndexError) as error:
@@ -71,8 +73,8 @@ def load_gltf(path: Path, name: str, part: str | None, maps: tuple[str, ...] | N
 class _Reading:
     """One call of :func:`load_gltf`."""
 
-    def __init__(self, path: Path, glb: Glb, part: str | None) -> None:
-        self._path, self._glb = path, glb
+    def __init__(self, path: Path, glb: Glb, part: str | None, held: int) -> None:
+        self._path, self._glb, self._held = path, glb, held
         self._images = Images(path, glb)
         parts = parts_of(glb)
         self._part = face_of(parts, part, self._rank)
@@ -84,21 +86,22 @@ class _Reading:
 
     def character(self, name: str, maps: tuple[str, ...] | None) -> Character:
         neutral = self._neutral_look()
+        mask, stated = self._looks.of(MASK), {one: self._looks.of(one) for one in self._part.names}
         placement = Placement() if neutral.colours is None else neutral.colours.placement
+        _check_placements({**stated, MASK: mask}, placement)
         meshes, done = read_mesh(self._glb, self._part, placement)
         for words in done:
             self._note(words)
         names, meshes = self._expressions(meshes)
         check_names(names, self._path)
         looks = {NEUTRAL: neutral, **{one: self._look(one) for one in names}}
-        mask = self._looks.of(MASK)
-        _check_placements({**looks, **({} if mask is None else {MASK: mask})}, placement)
         self._note_what_is_left_out([look.material for look in looks.values()])
-        own = neutral.material or self._looks.own
-        reading = Maps(self._path, self._images, looks, mask, own, meshes.topology, _held(self._path))
+        reading = Maps(self._path, self._images, looks, mask, meshes.topology, self._held)
         stacks = reading.read(maps)
         kinds = tuple(KNOWN[kind] for kind, _ in stacks)
-        return Character(name, names, meshes, kinds, stacks, (*self._notes, *reading.notes))
+        # One image may be of several targets.
+        notes = tuple(dict.fromkeys([*self._notes, *reading.notes]))
+        return Character(name, names, meshes, kinds, stacks, notes)
 
     def _rank(self, part: Part) -> int:
         """How closely textures of all expressions belong to a part: not at all, by names, with its own, as variants."""
@@ -160,9 +163,9 @@ class _Reading:
         self._notes.append(Note(self._path.name, words, asks))
 
 
-def _check_placements(looks: dict[str, Look], placement: Placement) -> None:
+def _check_placements(looks: dict[str, Look | None], placement: Placement) -> None:
     for name, look in looks.items():
-        if look.colours is not None and not look.colours.placement.is_as(placement):
+        if look is not None and look.colours is not None and not look.colours.placement.is_as(placement):
             raise GlbFault(
                 f"the texture of '{name}' lies otherwise on the face than the neutral's ({PLACED} or texCoord); "
                 "bake all of them alike"
@@ -180,6 +183,12 @@ def _check_version(glb: Glb) -> None:
             raise GlbFault(f"it needs {name[:64]!r}, which is not read here; {remedy}")
 
 
-def _held(path: Path) -> int:
-    """Bytes that reading takes besides textures: of the file, its chunks, and an image of it."""
-    return 3 * path.stat().st_size
+def _linked_buffers(glb: Glb) -> set[Path]:
+    buffers = (glb.item("buffers", index) for index in range(len(glb.document.get("buffers", []))))
+    files = (glb.links.file(str(buffer["uri"])) for buffer in buffers if "uri" in buffer)
+    return {file for file in files if file is not None}
+
+
+def _held(*files: Path) -> int:
+    """Bytes that reading takes besides textures: of the file, its chunks or buffers, and an image of it."""
+    return 3 * sum(file.stat().st_size for file in files)

@@ -48,11 +48,9 @@ class Looks:
     def __init__(self, path: Path, glb: Glb, images: Images, part: Part) -> None:
         self._folder, self._glb, self._images, self._part = path.parent, glb, images, part
         self._variants = _variant_materials(glb, part.primitives[0])
-
-    @property
-    def own(self) -> Material | None:
-        """The material of the part."""
-        return None if self._part.material is None else Material.of(self._glb, self._part.material)
+        # Maya's exporters put the name of the deformer before each target's, and a point.
+        self._before = _shared_start(part.names)
+        self._numbers = {kind: self._by_name(kind) for kind in ("materials", "textures", "images")}
 
     def are_variants(self, names: Iterable[str]) -> bool:
         """Whether each of some names is one of the part's material variants."""
@@ -61,9 +59,7 @@ class Looks:
     def of(self, name: str) -> Look | None:
         """The look of a morph target, of the neutral, or of the mask; None where nothing has its name."""
         found = self._by(name)
-        _, dot, short = name.rpartition(".")
-        # Maya's exporters put the name of the deformer before it, and a point.
-        return self._by(short) if found is None and dot and short else found
+        return self._by(name.removeprefix(self._before)) if found is None and name.startswith(self._before) else found
 
     def _by(self, name: str) -> Look | None:
         if name in self._variants:
@@ -87,10 +83,17 @@ class Looks:
         by_image = [Look(index) for index in self._called("images", name)]
         return self._only(name, "textures", by_texture) or self._only(name, "images", by_image)
 
+    def _by_name(self, kind: str) -> dict[str, list[int]]:
+        """Numbers of entries by their names, and by what these compare as."""
+        found: dict[str, list[int]] = {}
+        for index in range(len(self._glb.document.get(kind, []))):
+            name = self._name(kind, index)
+            for key in {name, folded(name)}:
+                found.setdefault(key, []).append(index)
+        return found
+
     def _called(self, kind: str, name: str) -> list[int]:
-        entries = range(len(self._glb.document.get(kind, [])))
-        names = [self._name(kind, index) for index in entries]
-        return [k for k in entries if names[k] == name] or [k for k in entries if folded(names[k]) == folded(name)]
+        return self._numbers[kind].get(name) or self._numbers[kind].get(folded(name), [])
 
     def _name(self, kind: str, index: int) -> str:
         if kind == "images":
@@ -106,6 +109,13 @@ class Looks:
     def _of_material(self, index: Any) -> Look | None:
         material = Material.of(self._glb, index)
         return Look(material.textures[ALBEDO].image, material) if ALBEDO in material.textures else None
+
+
+def _shared_start(names: Iterable[str]) -> str:
+    """What stands before the first point of every name, with the point; nothing where they differ."""
+    starts = {"".join(name.partition(".")[:2]) for name in names}
+    (start,) = starts if len(starts) == 1 else ("",)
+    return start if start.endswith(".") else ""
 
 
 def _variant_materials(glb: Glb, primitive: Mapping[str, Any]) -> dict[str, Any]:

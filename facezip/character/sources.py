@@ -8,6 +8,8 @@ from facezip.errors import ErrorCode, FaceZipError
 
 GLTF_SUFFIXES = (".glb", ".gltf", ".vrm")
 _STARTS = b"glTF"
+# What packs and exports have, whose heads are glTF too.
+_OURS = (MANIFEST, "facezip.json")
 
 
 def is_gltf_name(path: Path) -> bool:
@@ -54,8 +56,8 @@ def _has_meshes(folder: Path) -> bool:
 
 
 def _gltfs_in(folder: Path) -> list[Path]:
-    """The glTFs of a folder that is no pack, in the order of their names."""
-    if not folder.is_dir() or (folder / MANIFEST).exists() or _has_meshes(folder):
+    """The glTFs of a folder that is no pack or export, in the order of their names."""
+    if not folder.is_dir() or _has_meshes(folder) or any((folder / name).exists() for name in _OURS):
         return []
     return sorted(file for file in _visible(folder) if is_gltf_name(file) and file.is_file())
 
