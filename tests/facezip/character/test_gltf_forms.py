@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from facezip import FaceZipError, load_character
+from facezip.batch.finished import digest_of
 from facezip.batch.jobs import find_jobs
+from facezip.character.gltf_files import files_beside
 from facezip.files.accessors import GlbFault
 from facezip.files.links import Links, without_data
 from tests.facezip.character.gltfs import FORMS, Scene, assert_same, corners, scans, words, write
@@ -120,6 +122,21 @@ def test_a_batch_takes_every_gltf_and_no_pack(tmp_path):
     assert [job.name for job in find_jobs([tmp_path])] == ["anna", "bert", "emil"]
     (tmp_path / "character.toml").write_text('part = "head"')
     assert [job.name for job in find_jobs([tmp_path])] == ["anna", "bert", "emil"]
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("extra", ["neutral.png", "expr_1.jpg", "character.toml"])
+def test_what_a_batch_takes_for_new_are_all_files_that_a_character_is_read_from(tmp_path, form, extra):
+    path = Scene(scans()).write(tmp_path, form)
+    (tmp_path / "notes.txt").write_text("of no effect")
+    files = {file.name for file in tmp_path.iterdir()} - {path.name, "notes.txt"}
+    assert {file.name for file in files_beside(path)} == files
+    seen = {digest_of(path, {})}
+    for name in (*files, extra, path.name):
+        with open(tmp_path / name, "ab") as file:
+            file.write(b" ")
+        seen.add(digest_of(path, {}))
+    assert len(seen) == 3 + len(files)
 
 
 def test_an_image_that_is_called_otherwise_than_it_is(tmp_path):
