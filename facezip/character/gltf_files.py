@@ -6,7 +6,7 @@ from facezip.character.gltf_parts import parts_of
 from facezip.character.layout import MASK, SETTINGS, texture_path
 from facezip.character.scans import NEUTRAL
 from facezip.errors import FaceZipError
-from facezip.files.glb import Glb
+from facezip.files.glb import Glb, GlbFault
 from facezip.names import is_safe_name
 
 
@@ -15,7 +15,7 @@ def files_beside(path: Path) -> list[Path]:
     try:
         glb = Glb.read(path)
         entries = [entry for kind in ("buffers", "images") for entry in glb.document.get(kind, [])]
-        linked = [glb.links.file(str(entry["uri"])) for entry in entries if "uri" in entry]
+        linked = [_linked(glb, str(entry["uri"])) for entry in entries if "uri" in entry]
         names = {name for part in parts_of(glb) for name in part.names if is_safe_name(name)}
         called = [texture_path(path.parent, name) for name in (NEUTRAL, MASK, *names)]
     except (FaceZipError, KeyError, TypeError, ValueError, AttributeError, OverflowError, IndexError):
@@ -23,3 +23,11 @@ def files_beside(path: Path) -> list[Path]:
         return []
     files = {*filter(None, linked), *called, path.parent / SETTINGS}
     return sorted(file for file in files if file.is_file())
+
+
+def _linked(glb: Glb, uri: str) -> Path | None:
+    try:
+        return glb.links.file(uri)
+    except GlbFault:
+        # Nothing that the face needs, or that is said where it is loaded.
+        return None

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 from facezip.errors import FaceZipError
 from facezip.files.glb import Glb, GlbFault
@@ -31,7 +32,8 @@ class Images:
         """What an image is called: by its name, or the file that it is; without the suffix of an image."""
         image = self._glb.item("images", index)
         uri = str(image.get("uri", ""))
-        name = Path(str(image.get("name") or ("" if uri.startswith("data:") else Path(uri).name)))
+        file = "" if uri.startswith("data:") else unquote(uri).replace("\\", "/")
+        name = Path(str(image.get("name") or Path(file).name))
         return name.stem if name.suffix.lower() in TEXTURE_SUFFIXES else name.name
 
     def shown(self, source: int | Path) -> str:

@@ -42,6 +42,8 @@ def read_mesh(glb: Glb, part: Part, placement: Placement) -> tuple[Meshes, list[
             done[described(matrix)] = None
             piece = _moved(piece, matrix)
         pieces.append(piece)
+    if (shown := len(nodes.showing(part.mesh))) > 1:
+        done[f"{shown} nodes show it; it is read where the first of them does"] = None
     if placement.moves:
         done["UVs are moved as its texture transform says"] = None
     starts = np.cumsum([0, *(len(piece.uv) for piece in pieces)])

@@ -5,11 +5,13 @@ from collections.abc import Iterable, Sequence
 
 from facezip.names import folded
 
-# Whole words of names, or words run together with others in capitals, that no face is called by.
+_WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
+_SIDE = r"(?:left|right|upper|lower|inner|outer|[lr])?"
+# Words of names that no face is called by.
 _INNER = re.compile(
-    r"eye|brow|lash|lid|lens|pupil|iris|sclera|cornea|tear|occlu|tooth|teeth|gum|tongue|mouth|jaw|dent|enamel|hair|scalp|"
-    r"beard|moustache|body|torso|arm|leg|hand|foot|nail|cloth|shirt|outfit|glass|hat|cap",
-    re.IGNORECASE,
+    _SIDE + r"(?:eye(?:ball|brow|lash|lashe|lid|wet|shadow|occlusion)?|brow|lash|lashe|lens|lense|pupil|iris|sclera|"
+    r"cornea|tear|tearline|occlusion|tooth|teeth|gum|tongue|mouth|jaw|dental|enamel|hair|scalp|beard|moustache|body|torso|neck|"
+    r"arm|leg|hand|foot|feet|nail|finger|cloth|clothe|clothing|shirt|outfit|glasse|hat|cap|collar|shoe)s?" + _SIDE
 )
 SHOWN = 8
 
@@ -21,7 +23,12 @@ def is_called(name: str, labels: Iterable[str]) -> bool:
 
 def without_inner(parts: Sequence[Sequence[str]]) -> list[int]:
     """Numbers of the parts none of whose labels says that it lies in, on or below the face."""
-    return [number for number, labels in enumerate(parts) if not any(map(_INNER.search, labels))]
+    return [number for number, labels in enumerate(parts) if not any(map(_is_inner, labels))]
+
+
+def _is_inner(label: str) -> bool:
+    words = [word.casefold() for word in _WORD.findall(label)]
+    return any(_INNER.fullmatch(word) for word in words)
 
 
 def listed(names: Iterable[str]) -> str:

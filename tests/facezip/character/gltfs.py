@@ -110,6 +110,29 @@ class Scene:
         return load_character(self.write(folder))
 
 
+def full_scene():
+    """A scene that states all that is read: nodes, a skin, a placement, a factor, other maps, and a second part."""
+    scene = Scene(scans())
+    count = scene.document["accessors"][scene.face["attributes"]["POSITION"]]["count"]
+    joints = scene.builder.array(np.zeros((count, 4), np.uint8))
+    scene.face["attributes"] |= {"JOINTS_0": joints, "WEIGHTS_0": scene.array(np.eye(4)[:1].repeat(count, axis=0))}
+    scene.document["nodes"][0]["skin"] = scene.add("skins", {"joints": [1]})
+    scene.document["nodes"] += [{"scale": [2, 2, 2]}, {"children": [1], "translation": [0, 1, 0]}]
+    flat = np.full((4, 4, 3), (128, 128, 255), np.uint8)
+    for material in scene.materials():
+        shading = material["pbrMetallicRoughness"]
+        transform = {"scale": [-1, 1], "offset": [1, 0], "rotation": 0.0}
+        shading["baseColorTexture"]["extensions"] = {"KHR_texture_transform": transform}
+        placed = {"extensions": {"KHR_texture_transform": transform}}
+        material["normalTexture"] = {"index": scene.texture(flat), "scale": 0.5, **placed}
+        shading |= {"baseColorFactor": [0.5, 0.5, 0.5, 1], "roughnessFactor": 0.5}
+        shading["metallicRoughnessTexture"] = {"index": scene.texture(flat), **placed}
+    points = np.eye(3)
+    teeth = scene.primitive(points, points[:, :2], [points, points], scene.material("enamel"))
+    scene.show(scene.mesh("teeth", [teeth], scene.character.expressions), name="teeth node")
+    return scene
+
+
 def write(glb, folder, form):
     """Write a file in one of :data:`FORMS` into an empty folder; the path."""
     for old in folder.iterdir():

@@ -114,6 +114,16 @@ def test_joints_hold_the_mesh_wherever_its_node_is(place, cases, seed, one_joint
     np.testing.assert_allclose(found.reshape(3, -1, 3), expected, rtol=0, atol=1e-4 * np.abs(expected).max())
 
 
+def test_of_several_nodes_the_first_of_the_scene_counts(tmp_path):
+    scene = Scene(scans())
+    scene.document["nodes"].insert(0, {"mesh": 0, "translation": [5, 5, 5]})
+    scene.document["nodes"] += [{"mesh": 0, "scale": [2, 2, 2]}]
+    scene.document["scenes"][0]["nodes"] = [1, 2]
+    read = scene.read(tmp_path)
+    assert_same(read, scans())
+    assert words(read) == ["3 nodes show it; it is read where the first of them does"]
+
+
 def test_a_mesh_that_no_node_shows_is_where_it_is(tmp_path):
     scene = Scene(scans())
     scene.document["nodes"] = [{"name": "nothing", "translation": [1, 2, 3]}]
