@@ -27,6 +27,7 @@ from facezip.files.statements import stated
 from facezip.files.values import read_mask
 from facezip.machine import memory
 from facezip.machine.progress import track
+from facezip.machine.rows import by_rows
 
 # An image or file, and the material that says how it is meant.
 Source = tuple[int | Path, Material | None]
@@ -65,21 +66,27 @@ class Maps:
         return {(kind, FIRST_TILE): self._stack(kind, those) for kind, those in sources.items() if those is not None}
 
     def _sources(self, kind: str) -> dict[str, Source] | None:
-        """What holds a map under each name; None, and a note where the neutral has it, if not all have it."""
+        """What holds a map under each name; None if not all have it, and a note if some do."""
         if kind == ALBEDO:
             # What the face is multiplied by holds for textures that are no material's, too.
             own = self._looks[NEUTRAL].material
             return {name: (look.source, look.material or own) for name, look in self._looks.items()}
         found: dict[str, Source] = {}
+        missing: dict[str, str] = {}
         for name, look in self._looks.items():
             use = None if look.material is None else look.material.textures.get(kind)
-            if use is None or look.colours is None or not use.placement.is_as(look.colours.placement):
-                reason = "has none" if use is None else "has it on other UVs than its colours"
-                if found or use is not None:
-                    self.notes.append(Note(self._path.name, f"textures of {kind} are left out: '{name}' {reason}"))
-                return None
-            found[name] = use.image, look.material
-        return found
+            if use is None or look.colours is None:
+                missing[name] = "has none"
+            elif not use.placement.is_as(look.colours.placement):
+                missing[name] = "has it on other UVs than its colours"
+            else:
+                found[name] = use.image, look.material
+        if not missing:
+            return found
+        if found or {*missing.values()} != {"has none"}:
+            name, reason = next(iter(missing.items()))
+            self.notes.append(Note(self._path.name, f"textures of {kind} are left out: '{name}' {reason}"))
+        return None
 
     def _stack(self, kind: str, sources: dict[str, Source]) -> Stack:
         rows = self._rows_of(kind, sources)
@@ -121,11 +128,17 @@ class Maps:
         def normals(name: str, file: Path) -> Bands:
             size = stated_size(file)[:2]
             if size not in seen:
-                mask = self._mask_of(kind, size)
-                seen[size] = covered(self._topology, size) & (True if mask is None else mask > 0)
+                seen[size] = self._seen(kind, size)
             return bumped_rows(file, factors[name].bump, seen[size])
 
         return normals
+
+    def _seen(self, kind: str, size: tuple[int, int]) -> NDArray[np.bool_]:
+        """Texels on the mesh, within the mask."""
+        on_mesh, mask = covered(self._topology, size), self._mask_of(kind, size)
+        if mask is None:
+            return on_mesh
+        return by_rows(lambda rows: on_mesh[rows] & (mask[rows] > 0), size, np.bool_)
 
     def _mask_of(self, kind: str, size: tuple[int, ...]) -> NDArray[np.float32] | None:
         if self._mask_look is None:
