@@ -8,6 +8,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from facezip.character.gltf_files import files_beside
+from facezip.character.sources import is_gltf_name
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.reading import reading
 from facezip.files.writing import write_whole
@@ -27,7 +29,9 @@ def digest_of(character: Path, settings: Mapping[str, Any]) -> str:
         files = sorted(path for path in character.rglob("*") if path.is_file() and not path.name.startswith("."))
         inputs = {path.relative_to(character).as_posix(): stored(path).sha256 for path in files}
         if character.is_file():
-            inputs = {"": stored(character).sha256}
+            beside = files_beside(character) if is_gltf_name(character) else []
+            inputs = {path.relative_to(character.parent).as_posix(): stored(path).sha256 for path in beside}
+            inputs[""] = stored(character).sha256
     whole = {"inputs": inputs, "settings": dict(settings), "facezip": version("facezip")}
     return hashlib.sha256(json.dumps(whole, sort_keys=True, default=str).encode()).hexdigest()
 

@@ -13,6 +13,7 @@ from facezip.character.layout import MASK, Layout, MapFiles, read_layout
 from facezip.character.maps import ALBEDO, Key, Map
 from facezip.character.meshes import Meshes
 from facezip.character.neutrals import neutral_bits, packed_neutral
+from facezip.character.obj_parts import Faces
 from facezip.character.raster import covered
 from facezip.character.scans import NEUTRAL, Character, Stack, check_names
 from facezip.character.texels import normal_rows, states_signs, value_rows
@@ -21,7 +22,7 @@ from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.bands import filled
 from facezip.files.decoding import stated_size
 from facezip.files.images import Texels, to_float, write_texture, write_values
-from facezip.files.obj import read_obj, write_obj
+from facezip.files.obj import write_obj
 from facezip.files.reading import check_expansion
 from facezip.files.values import read_mask
 from facezip.files.writing import whole_folder
@@ -106,10 +107,11 @@ class _Loading:
         self._layout, self._names, self._pool, self._done = layout, layout.expressions, pool, done
         sides = (stated_size(how.files[NEUTRAL, tile])[:2] for how in layout.maps for tile in layout.tiles)
         self._tolerance = UV_TOLERANCE / max(map(max, sides))
+        self._faces = Faces(layout)
 
     def character(self) -> Character:
         # Their parsers leave the interpreter to other threads: meshes and textures are read side by side.
-        self._neutral, self._topology = read_obj(self._layout.meshes[NEUTRAL])
+        self._neutral, self._topology = self._faces.neutral()
         self._done()
         moved = [self._pool.submit(self._vertices, name) for name in self._names]
         maps: list[Map] = []
@@ -120,11 +122,14 @@ class _Loading:
             stacks |= {(kind.name, tile): stack for tile, stack in tiles.items()}
         vertices = np.stack([future.result() for future in moved])
         name = printable(self._layout.folder.resolve().name)
-        return Character(name, self._names, Meshes(self._topology, self._neutral, vertices), tuple(maps), stacks)
+        meshes = Meshes(self._topology, self._neutral, vertices)
+        notes = *self._layout.notes, *self._faces.notes
+        return Character(name, self._names, meshes, tuple(maps), stacks, notes)
 
     def _vertices(self, name: str) -> NDArray[np.float32]:
         path = self._layout.meshes[name]
-        vertices = in_order_of(path, self._neutral, self._topology, *read_obj(path), self._tolerance)
+        mesh = self._faces.expression(name, self._tolerance)
+        vertices = in_order_of(path, self._neutral, self._topology, *mesh, self._tolerance)
         self._done()
         return vertices
 
@@ -172,7 +177,7 @@ class _Loading:
         mask = read_mask(path)
         if how.kind.name != ALBEDO and mask.shape != size:
             # The mask has the albedo's size; other maps may be finer or coarser.
-            mask = _resized(mask, size)
+            mask = resized_mask(mask, size)
         if len(self._layout.tiles) > 1 and not mask.any():
             # One of several tiles, such as that of the back of the head, need not show any of the face.
             blank: NDArray[np.float32] = memory.zeros(size, np.float32)
@@ -185,7 +190,7 @@ class _Loading:
         path = self._layout.masks.get(tile)
         if path is None:
             return on_mesh
-        mask = _resized(read_mask(path), size)
+        mask = resized_mask(read_mask(path), size)
         return by_rows(lambda rows: on_mesh[rows] & (mask[rows] > 0), size, np.bool_)
 
 
@@ -227,8 +232,8 @@ def _check_sizes(layout: Layout) -> None:
     memory.check(row)
 
 
-def _resized(mask: NDArray[np.float32], size: tuple[int, ...]) -> NDArray[np.float32]:
-    """The nearest texels of a mask."""
+def resized_mask(mask: NDArray[np.float32], size: tuple[int, ...]) -> NDArray[np.float32]:
+    """The nearest texels of a mask, ``size`` of them."""
     down, across = (np.arange(to) * of // to for to, of in zip(size, mask.shape, strict=True))
     return by_rows(lambda rows: mask[down[rows]][:, across], size, np.float32)
 

@@ -3,17 +3,21 @@
 import re
 import tomllib
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from facezip.character.maps import ALBEDO, ENCODINGS, KNOWN, Map, is_map_name
+from facezip.character.notes import Note
+from facezip.character.parts import listed
 from facezip.character.scans import NEUTRAL
 from facezip.character.tiles import FIRST_TILE
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.mtl import images_by_material
 from facezip.files.opening import TEXTURE_SUFFIXES
 from facezip.files.reading import reading
+from facezip.names import folded
 
 SETTINGS = "character.toml"
 MASK = "mask"
@@ -54,12 +58,18 @@ class Layout:
     meshes : by name, ``neutral`` among them.
     maps : albedo first.
     masks : by tile; a tile without one counts wholly.
+    materials : images that material libraries name, as of :func:`facezip.files.mtl.images_by_material`.
+    part : the material that is the face, where that is said.
+    notes : what is not used.
     """
 
     folder: Path
     meshes: dict[str, Path]
     maps: tuple[MapFiles, ...]
     masks: dict[int, Path]
+    materials: dict[str, dict[str, str]] = field(default_factory=dict)
+    part: str | None = None
+    notes: tuple[Note, ...] = ()
 
     @property
     def expressions(self) -> tuple[str, ...]:
@@ -87,7 +97,9 @@ def read_layout(folder: Path) -> Layout:
         reason = "is a pack; give the folder of scans that it was made of"
         raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{folder}: {reason}")
     with reading(folder):
-        layout = _stated(folder) if (folder / SETTINGS).is_file() else _by_custom(folder)
+        settings = _settings(folder)
+        part = settings.pop("part", None)
+        layout = replace(_stated(folder, settings) if settings else _by_custom(folder), part=part)
     _check_complete(layout)
     return layout
 
@@ -97,6 +109,7 @@ def _by_custom(folder: Path) -> Layout:
     _check_meshes(folder, meshes)
     maps: dict[str, MapFiles] = {}
     masks: dict[int, Path] = {}
+    materials, notes = images_by_material(folder), list[Note]()
     for found in _found(folder, {*meshes}):
         name, tile, path = found["name"], int(found["tile"] or FIRST_TILE), found["path"]
         if name == MASK and not found["map"]:
@@ -104,9 +117,11 @@ def _by_custom(folder: Path) -> Layout:
         elif name in meshes:
             kind = KNOWN[found["map"] or ALBEDO]
             _put(maps.setdefault(kind.name, MapFiles(kind)).files, (name, tile), path)
+        elif whose := [material for material, images in materials.items() if folded(path.name) in images]:
+            notes.append(Note(path.name, f"left out: a texture of the material {listed(whose)}"))
         elif not name.startswith(MASK):
             raise without_mesh(path, meshes)
-    return Layout(folder, meshes, _albedo_first(folder, maps), masks)
+    return Layout(folder, meshes, _albedo_first(folder, maps), masks, materials, notes=tuple(notes))
 
 
 def _found(folder: Path, meshes: set[str]) -> Iterator[dict[str, Any]]:
@@ -153,16 +168,35 @@ def _nearest(parts: list[str]) -> str | None:
     return ".".join((*maps, *tiles)) if both else None
 
 
-def _stated(folder: Path) -> Layout:
+def stated_part(folder: Path) -> str | None:
+    """What ``character.toml`` in a folder says is the face; errors as of :func:`read_layout`."""
+    part: str | None = _settings(folder).get("part")
+    return part
+
+
+def _settings(folder: Path) -> dict[str, Any]:
+    """What ``character.toml`` holds; nothing where there is none."""
     path = folder / SETTINGS
+    if not path.is_file():
+        return {}
     if path.stat().st_size > MAX_SETTINGS:
         raise FaceZipError(ErrorCode.TOO_LARGE, f"{path}: larger than {MAX_SETTINGS} bytes")
     try:
         document = tomllib.loads(path.read_bytes().decode())
+        if not isinstance(document.get("part", ""), str):
+            raise ValueError("part is the name of a mesh or a material")
+    except (ValueError, RecursionError) as error:
+        raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: {error}") from None
+    return document
+
+
+def _stated(folder: Path, document: dict[str, Any]) -> Layout:
+    path = folder / SETTINGS
+    try:
         maps = document.pop("maps", {})
         patterns = {"meshes": "{name}.obj", "mask": "mask.png", **document}
         if odd := {*patterns} - {"meshes", "mask"}:
-            raise ValueError(f"'{min(odd)}' is not known; it holds meshes, mask and [maps.NAME]")
+            raise ValueError(f"'{min(odd)}' is not known; it holds meshes, mask, part and [maps.NAME]")
         found = {name: _stated_map(folder, name, dict(entry)) for name, entry in maps.items()}
         meshes = {name: file for (name, _), file in _matching(folder, patterns["meshes"]).items()}
         masks = {tile: file for (_, tile), file in _matching(folder, patterns["mask"]).items()}
@@ -173,7 +207,8 @@ def _stated(folder: Path) -> Layout:
         # A pattern may catch more than the scans.
         for key in [key for key in how.files if key[0] not in meshes]:
             del how.files[key]
-    return Layout(folder, meshes, _albedo_first(folder, found), masks)
+    materials = images_by_material(meshes[NEUTRAL].parent)
+    return Layout(folder, meshes, _albedo_first(folder, found), masks, materials)
 
 
 def _stated_map(folder: Path, name: str, entry: dict[str, Any]) -> MapFiles:

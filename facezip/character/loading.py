@@ -3,16 +3,20 @@
 from pathlib import Path
 
 from facezip.character.folder import load_folder, save_folder
-from facezip.character.gltf_file import load_glb, save_glb
+from facezip.character.gltf_read import load_gltf
+from facezip.character.gltf_write import save_glb
+from facezip.character.layout import stated_part
 from facezip.character.notes import say
 from facezip.character.scans import Character, check_names
+from facezip.character.sources import gltf_at
 from facezip.files.reading import reading
+from facezip.names import printable
 
 GLB = ".glb"
 
 
 def load_character(path: str | Path, *, keep_floats: bool = False, maps: tuple[str, ...] | None = None) -> Character:
-    """Read a character with all its maps and tiles: a folder, or one ``.glb`` with named morph targets.
+    """Read a character with all its maps and tiles: a folder, or one ``.glb`` or ``.gltf`` with named morph targets.
 
     Beside ``neutral.obj`` and ``NAME.obj`` lie ``NAME.png`` and, each optional, ``NAME.normal.png``,
     ``NAME.roughness.png``, ``NAME.specular.png`` and ``NAME.cavity.png``; with UDIM, ``NAME.1001.png``,
@@ -36,7 +40,12 @@ def load_character(path: str | Path, *, keep_floats: bool = False, maps: tuple[s
     """
     path = Path(path)
     with reading(path):
-        character = load_glb(path) if path.suffix.lower() == GLB else load_folder(path, keep_floats, maps)
+        gltf = gltf_at(path)
+        if gltf is None:
+            character = load_folder(path, keep_floats, maps)
+        else:
+            name = printable(path.resolve().name if path.is_dir() else path.stem)
+            character = load_gltf(gltf, name, stated_part(gltf.parent), maps)
     say(character.name, character.notes)
     return character
 

@@ -49,7 +49,7 @@ def command(
 ) -> int:
     """Compress every CHARACTER into DIR/NAME.facezip, the same bytes that `facezip compress` writes.
 
-    A CHARACTER is a folder of scans or a .glb file, a folder of such, or a list .toml of them with settings of their
+    A CHARACTER is a folder of scans, a .glb or .gltf, a folder of such, or a list .toml of them with settings of their
     own. Started again, it does only what is missing: a pack stays if it is intact and its scans and settings have not
     changed, and is made again if they have. One that another character or command made is left alone, but for
     --overwrite. A character that fails stops no other and is named at the end. Without --workers, there is one a core.

@@ -37,7 +37,7 @@ def command(
     """Compress the expression textures of CHARACTER into a pack.
 
     CHARACTER is a folder with neutral.obj and neutral.png, and NAME.obj and NAME.png per expression (EXR, TIFF and
-    16-bit PNG too), or a .glb. A mask.png in it limits the face region and the error. NAME.normal.png,
+    16-bit PNG too), or a .glb or .gltf. A mask.png in it limits the face region and the error. NAME.normal.png,
     NAME.roughness.png, NAME.specular.png and NAME.cavity.png beside them share the weight maps; NAME.1001.png … are
     UDIM tiles.
     """
