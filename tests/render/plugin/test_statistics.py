@@ -95,9 +95,11 @@ def test_blocks_sum_what_they_cover(scale, shape):
 def test_ratios_of_gaussian_noise_have_their_variance():
     rng = np.random.default_rng(0)
     shape = (160, 160, 3)
-    ratios = noise_ratios(rng.normal(0, 0.1, shape), np.zeros(shape), np.full(shape, 0.01), 1.0, 1000)
-    for scale in SCALES:
-        assert np.var(ratios[scale].values) == pytest.approx(1, abs=0.15)
+    for count in (1, 8):
+        test = rng.normal(0, 0.1, (count, *shape))
+        ratios = noise_ratios(test, np.zeros(shape), np.full(shape, 0.01), 1000)
+        for scale in SCALES:
+            assert np.var(ratios[scale].values) == pytest.approx(1, abs=0.15)
 
 
 @pytest.mark.parametrize("name", STATISTICS)
