@@ -38,7 +38,7 @@ class FlatScene:
     in_8_bits: bool = False
 
     def pictures(self, light: Image) -> dict[str, Image]:
-        """What tests compare of ``(n, H, W, 3)`` linear renders: ``equal``, or the ``flat`` or ``noisy`` part changed."""
+        """What tests compare of ``(n, H, W, 3)`` linear renders: ``equal``, or ``flat`` or ``noisy`` parts changed."""
         is_flat = np.ptp(light, axis=0) <= STILL * light.mean(axis=0)
         brighter = light + np.maximum((FLAT_GAIN_8 if self.in_8_bits else FLAT_GAIN) * light - light, LIFT)
         changed = {"equal": light, "flat": np.where(is_flat, brighter, light)}
