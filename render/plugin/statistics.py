@@ -18,8 +18,8 @@ from scipy import ndimage, stats
 # Sides of the blocks in pixels; blocks overlap by half.
 SCALES = (1, 4, 8, 16)
 STATISTICS = tuple(f"{kind}_{scale}" for kind in ("largest", "sum") for scale in SCALES)
-# References are stored as half floats: eleven bits, and no step smaller than 2^-24.
-HALF_BITS, HALF_SMALLEST = 11, -24
+# References are stored as half floats: eleven bits of numbers from 2^-14 on, and the same steps below.
+HALF_BITS, HALF_SMALLEST = 11, 2.0**-14
 # A ratio beyond this adds no more to a sum: single outliers are the business of the largest ratio.
 OUTLIER = 4.0
 
@@ -40,8 +40,8 @@ class Ratios:
 
 def rounding_of(mean: NDArray[np.floating]) -> NDArray[np.float64]:
     """Half the distance to the next half float: how far the value that was rounded may lie from ``mean``."""
-    _, exponent = np.frexp(mean)
-    return np.exp2(np.maximum(exponent - HALF_BITS, HALF_SMALLEST) - 1.0)
+    _, exponent = np.frexp(np.maximum(np.abs(mean), HALF_SMALLEST))
+    return np.exp2(exponent - HALF_BITS - 1.0)
 
 
 def noise_ratios(
