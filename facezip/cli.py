@@ -1,5 +1,6 @@
 """The ``facezip`` command: one verb a module in ``facezip.commands``, errors as one line and an exit code."""
 
+import io
 import json
 import logging
 import sys
@@ -73,6 +74,7 @@ def facezip() -> None:
 
 def main() -> None:
     """Run the command line; never shows a traceback for bad input."""
+    _escape_what_cannot_be_printed()
     try:
         with show_progress():
             _say_what_is_logged()
@@ -100,13 +102,19 @@ def _say_what_is_logged() -> None:
     logging.getLogger("facezip").addHandler(handler)
 
 
+def _escape_what_cannot_be_printed() -> None:
+    """Names have letters that the code page of a pipe may lack: they are escaped there, as they are on stderr."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
+
+
 def _refused(code: str, message: str, status: int) -> int:
-    click.echo(f"facezip: {message}", err=True)
+    print(f"facezip: {message}", file=sys.stderr)
     return _answered(code, message, status)
 
 
 def _answered(code: str, message: str, status: int) -> int:
     """The error for a program that asked for JSON; by the words as given, since they may be what is wrong."""
     if "--json" in sys.argv[1:]:
-        click.echo(json.dumps({"error": {"code": code, "message": message}}, indent=1))
+        print(json.dumps({"error": {"code": code, "message": message}}, indent=1))
     return status

@@ -16,7 +16,7 @@ from facezip.files.obj import MAX_BYTES, read_obj, write_obj
 from facezip.pack.read import read_pack
 from facezip.pack.verification import verify_pack
 from facezip.pack.write import write_pack
-from render.llvm import VARIABLE, usable_library
+from render.llvm import usable_library
 from tests.facezip.conftest import grid_topology, random_character, random_model
 from tests.trust.claims import sign
 
@@ -67,9 +67,7 @@ def signed(place, changes):
 
 
 def no_llvm(place):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(VARIABLE, str(place / "libLLVM.so"))
-        usable_library()
+    usable_library(str(place / "libLLVM.so"))
 
 
 def nobody_at_the_address():

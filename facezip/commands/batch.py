@@ -1,6 +1,7 @@
 """``facezip batch``: many characters on the processes of this machine or on a cluster."""
 
 import json
+import sys
 from collections import Counter
 from collections.abc import Container, Mapping
 from contextlib import AbstractContextManager
@@ -73,7 +74,7 @@ def command(
     errors = {name: outcome for name, outcome in outcomes.items() if isinstance(outcome, FaceZipError)}
     options.answer(document, as_json, lambda: _lines(document))
     for line in (*warnings, *(f"facezip: {name}: {error}" for name, error in errors.items())):
-        click.echo(line, err=True)
+        print(line, file=sys.stderr)
     return max((error.exit_code for error in errors.values()), default=ExitCode.DONE)
 
 

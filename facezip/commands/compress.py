@@ -1,5 +1,6 @@
 """``facezip compress``: a character in, a pack out, with the error of what was written."""
 
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -44,7 +45,7 @@ def command(
     check_together(on_line(context), given)
     request = request_of(given)
     with limited(memory, beside(output)):
-        document = compress_into(character, output, request, overwrite, lambda line: click.echo(line, err=True))
+        document = compress_into(character, output, request, overwrite, lambda line: print(line, file=sys.stderr))
     options.answer(document, as_json, lambda: _lines(document))
 
 

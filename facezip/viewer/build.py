@@ -60,7 +60,9 @@ def _npm() -> tuple[list[str], dict[str, str]]:
 
 
 def _run(command: list[str], folder: Path, environment: dict[str, str]) -> None:
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, errors="replace", check=False
+    )
     if done.returncode:
         raise RuntimeError(f"'{' '.join(command[-3:])}' failed:\n{(done.stderr or done.stdout).strip()}")
 

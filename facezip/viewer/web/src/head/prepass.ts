@@ -34,6 +34,9 @@ export interface Prepass {
 export function prepassOf(renderer: THREE.WebGLRenderer, head: HeadDocument, tile: TileEntry, stored: ArrayBuffer): Prepass {
   const maps = head.uniform ? new Float32Array(stored) : new Uint8Array(stored);
   const type = floatType(renderer);
+  const limit = renderer.capabilities.maxTextureSize;
+  const [rows, columns] = tile.weight_size;
+  if (Math.max(rows, columns) > limit) throw new Error(`this GPU takes textures of up to ${limit} texels, a weight map has ${columns} × ${rows}`);
   return type ? new GpuPrepass(renderer, head, tile, maps, type) : new CpuPrepass(head, tile, maps);
 }
 
@@ -107,9 +110,10 @@ class CpuPrepass implements Prepass {
 // Weight maps one below the other, as they lie in memory, in layers as high as the GPU takes. They are read texel by texel alone: no
 // filter ever reaches from one into the next.
 function inStacks(renderer: THREE.WebGLRenderer, maps: Float32Array | Uint8Array, rows: number, columns: number, images: number) {
-  const limit = renderer.capabilities.maxTextureSize;
-  if (Math.max(rows, columns) > limit) throw new Error(`this GPU takes textures of up to ${limit} texels, a weight map has ${columns} × ${rows}`);
-  const depth = Math.ceil(images / Math.floor(limit / rows));
+  const depth = Math.ceil(images / Math.floor(renderer.capabilities.maxTextureSize / rows));
+  const gl = renderer.getContext() as WebGL2RenderingContext;
+  const most: number = gl.getParameter(gl.MAX_ARRAY_TEXTURE_LAYERS);
+  if (depth > most) throw new Error(`this GPU takes textures of up to ${most} layers, the weight maps need ${depth}`);
   const stacked = Math.ceil(images / depth);
   const padded = new (maps.constructor as Float32ArrayConstructor)(4 * rows * columns * stacked * depth);
   padded.set(maps);
