@@ -25,8 +25,8 @@ METHODS = {
     "pca": ("--method", "pca"),
 }
 LIBRARIES = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-# What stands for other processors: the code that Numba makes, the kernels that OpenBLAS and NumPy choose. Vectors of other
-# lengths add up in another order.
+# What stands for other processors: the code that Numba makes, the kernels that OpenBLAS and NumPy choose. Vectors of
+# another length add up in another order.
 NO_AVX512 = "AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL AVX512_SPR"
 PROCESSORS: dict[str, dict[str, str]] = {
     "this processor": {},
@@ -84,10 +84,10 @@ def check_same(work: Path, part: float) -> list[Row]:
     return [Row("files of packs and their textures, made again", cases, faults, notes, tuple(examples)), *others]
 
 
-def _other_processors(work: Path, number: int) -> Row:
+def _other_processors(work: Path, runs: int) -> Row:
     """Textures of packs that code for other processors makes, against those of the first run."""
     faults, examples, cases, largest = {"other textures": 0}, [], 0, 0.0
-    for number, run in enumerate(OTHERS, number):
+    for number, run in enumerate(OTHERS, runs):
         _digests(work, number, run)
         here = work / run.folder
         for file in sorted((here / "run 0").glob("*/*.png")):
