@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.correspondence import in_order_of
-from facezip.character.layout import MASK, Layout, MapFiles, read_layout
+from facezip.character.filenames import MASK
+from facezip.character.layout import Layout, MapFiles, read_layout
 from facezip.character.maps import ALBEDO, Key, Map
 from facezip.character.meshes import Meshes
 from facezip.character.neutrals import neutral_bits, packed_neutral

@@ -11,10 +11,11 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from facezip.character.custom import texture_path
+from facezip.character.filenames import MASK
 from facezip.character.folder import SPARE, checked_mask, words_for
 from facezip.character.gltf import CLAMPED, add_mesh, skin, start
 from facezip.character.gltf_mesh import ScannedMesh, read_mesh
-from facezip.character.layout import MASK, texture_path
 from facezip.character.maps import ALBEDO, KNOWN
 from facezip.character.meshes import Meshes
 from facezip.character.scans import NEUTRAL, Character, Stack, check_names
