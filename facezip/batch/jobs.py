@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from facezip.character.scans import NEUTRAL
+from facezip.character.layout import holds_character
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.names import first_unusable, printable
 
@@ -61,7 +61,7 @@ def _jobs_of(source: Path) -> Iterator[Job]:
 def _is_character(path: Path) -> bool:
     if path.suffix.lower() == ".glb":
         return True
-    return any((path / name).is_file() for name in (f"{NEUTRAL}.obj", "character.toml"))
+    return path.is_dir() and holds_character(path)
 
 
 def _name_of(path: Path) -> str:

@@ -22,7 +22,7 @@ from facezip.character.maps import ALBEDO, KNOWN
 from facezip.character.notes import Note
 from facezip.character.scans import NEUTRAL
 from facezip.character.tiles import FIRST_TILE
-from facezip.errors import ErrorCode, FaceZipError
+from facezip.errors import ErrorCode, FaceZipError, Refuse, raised
 from facezip.files.opening import OTHER_SUFFIXES, TEXTURE_SUFFIXES, not_read
 from facezip.names import folded, one_form
 
@@ -63,8 +63,8 @@ class _Image:
     owner: str | None
 
 
-def files_by_custom(folder: Path) -> Found:
-    """Look through a folder.
+def files_by_custom(folder: Path, refuse: Refuse = raised) -> Found:
+    """Look through a folder; what ``refuse`` does not raise is left out.
 
     Raises
     ------
@@ -82,11 +82,13 @@ def files_by_custom(folder: Path) -> Found:
     if first == 0:
         named = next(image.path for image in images if re.search(r"[uv]0(?!\d)", image.parts.tile, re.IGNORECASE))
         notes.append(Note(named.name, f"tiles are counted from u0, v0, which is {FIRST_TILE}"))
-    for image in images:
-        _sort_in(found, image, first)
-    for path in files:
-        if path.suffix.lower() in OTHER_SUFFIXES:
-            _check_unread(found, _taken_apart(path, owners), first)
+    others = [_taken_apart(path, owners) for path in files if path.suffix.lower() in OTHER_SUFFIXES]
+    for sort_in, some in ((_sort_in, images), (_check_unread, others)):
+        for image in some:
+            try:
+                sort_in(found, image, first)
+            except FaceZipError as error:
+                refuse(error)
     return found
 
 

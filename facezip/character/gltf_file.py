@@ -13,12 +13,13 @@ from typing import Any
 
 from facezip.character.custom import texture_path
 from facezip.character.filenames import MASK
-from facezip.character.folder import SPARE, checked_mask, words_for
+from facezip.character.folder import checked_mask, words_for
 from facezip.character.gltf import CLAMPED, add_mesh, skin, start
 from facezip.character.gltf_mesh import ScannedMesh, read_mesh
 from facezip.character.maps import ALBEDO, KNOWN
 from facezip.character.meshes import Meshes
 from facezip.character.scans import NEUTRAL, Character, Stack, check_names
+from facezip.character.sizes import SPARE
 from facezip.character.tiles import FIRST_TILE
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.glb import Glb, GlbFault

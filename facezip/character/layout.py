@@ -11,6 +11,7 @@ from facezip.character.custom import (
     MESH_SUFFIX,
     OTHER_MESHES,
     files_by_custom,
+    mesh_files,
     neutral_among,
     owners_of,
     put,
@@ -20,7 +21,7 @@ from facezip.character.maps import ALBEDO, ENCODINGS, KNOWN, Map, is_map_name
 from facezip.character.notes import Note
 from facezip.character.scans import NEUTRAL
 from facezip.character.tiles import FIRST_TILE
-from facezip.errors import ErrorCode, FaceZipError
+from facezip.errors import ErrorCode, FaceZipError, Refuse, raised
 from facezip.files.opening import OTHER_SUFFIXES, not_read
 from facezip.files.reading import reading
 from facezip.names import folded, one_form
@@ -77,14 +78,18 @@ class Layout:
         """Names in their order, without the neutral."""
         return tuple(sorted(name for name in self.meshes if name != NEUTRAL))
 
+    def note(self, path: Path, words: str, asks: bool = False) -> Note:
+        """A note on one of the files."""
+        return Note(_within(self.folder, path), words, asks)
+
     @property
     def tiles(self) -> tuple[int, ...]:
         """UDIM numbers of the neutral's albedo."""
         return tuple(sorted(tile for name, tile in self.maps[0].files if name == NEUTRAL))
 
 
-def read_layout(folder: Path) -> Layout:
-    """The files of a character folder.
+def read_layout(folder: Path, refuse: Refuse = raised) -> Layout:
+    """The files of a character folder; a texture that ``refuse`` does not raise an error for is left out.
 
     Raises
     ------
@@ -99,13 +104,26 @@ def read_layout(folder: Path) -> Layout:
         reason = "is a pack; give the folder of scans that it was made of"
         raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{folder}: {reason}")
     with reading(folder):
-        layout = _stated(folder) if (folder / SETTINGS).is_file() else _by_custom(folder)
-    _check_complete(layout)
+        layout = _stated(folder) if (folder / SETTINGS).is_file() else _by_custom(folder, refuse)
+        _check_complete(layout, refuse)
     return _with_fitting_masks(layout)
 
 
-def _by_custom(folder: Path) -> Layout:
-    found = files_by_custom(folder)
+def holds_character(folder: Path) -> bool:
+    """Whether a folder is one of scans, sound or not: it has a mesh that is the neutral, or says itself what it has."""
+    try:
+        files = [path for path in sorted(folder.iterdir()) if not is_litter(Path(path.name)) and path.is_file()]
+        meshes = mesh_files(path for path in files if path.suffix.lower() == MESH_SUFFIX)
+        return (folder / SETTINGS).is_file() or neutral_among(meshes) is not None
+    except FaceZipError:
+        # Two may be it.
+        return True
+    except OSError:
+        return False
+
+
+def _by_custom(folder: Path, refuse: Refuse) -> Layout:
+    found = files_by_custom(folder, refuse)
     _check_meshes(folder, found.meshes)
     maps = {name: MapFiles(KNOWN[name], files) for name, files in found.maps.items()}
     notes = tuple(found.notes)
@@ -205,18 +223,16 @@ def _albedo_first(folder: Path, maps: dict[str, MapFiles]) -> tuple[MapFiles, ..
     return tuple(maps[name] for name in [ALBEDO, *sorted({*maps} - {ALBEDO})])
 
 
-def _check_complete(layout: Layout) -> None:
+def _check_complete(layout: Layout, refuse: Refuse) -> None:
     for how in layout.maps:
         for name in (NEUTRAL, *layout.expressions):
             for tile in layout.tiles:
                 if (name, tile) not in how.files:
-                    raise _missing(layout, how, name, tile)
+                    refuse(_missing(layout, how, name, tile))
         for (_, tile), file in how.files.items():
             if tile not in layout.tiles:
-                raise FaceZipError(
-                    ErrorCode.BAD_CHARACTER,
-                    f"{file}: the neutral has no albedo on tile {tile}; add it, or remove this file",
-                )
+                words = f"{file}: the neutral has no albedo on tile {tile}; add it, or remove this file"
+                refuse(FaceZipError(ErrorCode.BAD_CHARACTER, words))
 
 
 def _missing(layout: Layout, how: MapFiles, name: str, tile: int) -> FaceZipError:
@@ -253,10 +269,10 @@ def _with_fitting_masks(layout: Layout) -> Layout:
         else:
             number = FIRST_TILE if FIRST_TILE in tiles else tiles[0]
             words = f"taken for the mask of tile {number} alone; call it {MASK}.{number}{whole.suffix}"
-            notes.append(Note(_within(layout.folder, whole), words, asks=True))
+            notes.append(layout.note(whole, words, asks=True))
     for tile in sorted({*masks} - {*tiles}):
         words = f"not used: there are no textures on tile {tile}"
-        notes.append(Note(_within(layout.folder, masks.pop(tile)), words, asks=True))
+        notes.append(layout.note(masks.pop(tile), words, asks=True))
     return replace(layout, masks=masks, notes=tuple(notes))
 
 

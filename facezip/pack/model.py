@@ -12,6 +12,7 @@ from facezip.character.meshes import Meshes
 from facezip.character.scans import NEUTRAL, map_named, tile_among, unknown
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.machine.rows import by_rows
+from facezip.names import one_form
 from facezip.pack.footprint import Footprint, Texture
 from facezip.pack.sampling import Grid, bilinear_grid
 
@@ -111,7 +112,7 @@ class CompressedTextures:
         """The weight map ``(h, w, R)`` of a blend on a tile, Σ_n β_n W_n; raises as :meth:`blend`."""
         maps = self.weights[tile]
         total = np.zeros(maps.shape[1:], np.float32)
-        for name, weight in weights.items():
+        for name, weight in ((one_form(name), weight) for name, weight in weights.items()):
             if name not in self.expressions:
                 raise unknown("expression", name, self.expressions, "this pack")
             if not abs(weight) <= MAX_BLEND:

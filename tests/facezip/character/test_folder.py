@@ -109,7 +109,7 @@ def test_two_files_for_one_texture_are_refused(folder):
 
 
 def test_a_texture_of_another_size_is_refused(folder):
-    write_texture(folder / "expr_2.roughness.png", np.zeros((8, 64, 1), np.uint8))
+    write_texture(folder / "expr_2.roughness.png", np.arange(512, dtype=np.uint16).reshape(8, 64, 1))
     assert "64x8" in refused(folder, ErrorCode.SIZE_MISMATCH)
 
 
