@@ -23,7 +23,7 @@ class ExitCode(IntEnum):
             ExitCode.USAGE: "wrong usage",
             ExitCode.BAD_INPUT: "bad input",
             ExitCode.CANNOT_WRITE: "could not write",
-            ExitCode.DIFFERENCE: "difference found",
+            ExitCode.DIFFERENCE: "difference found, or something to decide",
         }[self]
 
 

@@ -34,11 +34,15 @@ def load_character(path: str | Path, *, keep_floats: bool = False, maps: tuple[s
         One line that names the file: missing partners, fewer than two expressions, textures of another size or type,
         meshes of another topology or UV layout, and everything that the readers of meshes and textures refuse.
     """
-    path = Path(path)
-    with reading(path):
-        character = load_glb(path) if path.suffix.lower() == GLB else load_folder(path, keep_floats, maps)
+    character = read_character(Path(path), keep_floats, maps)
     say(character.name, character.notes)
     return character
+
+
+def read_character(path: Path, keep_floats: bool = False, maps: tuple[str, ...] | None = None) -> Character:
+    """As :func:`load_character`, without a word in the log."""
+    with reading(path):
+        return load_glb(path) if path.suffix.lower() == GLB else load_folder(path, keep_floats, maps)
 
 
 def save_character(character: Character, path: str | Path) -> None:
