@@ -8,6 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from facezip.character.filenames import is_litter
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.reading import reading
 from facezip.files.writing import write_whole
@@ -24,7 +25,8 @@ def digest_of(character: Path, settings: Mapping[str, Any]) -> str:
         ``CANNOT_READ``.
     """
     with reading(character):
-        files = sorted(path for path in character.rglob("*") if path.is_file() and not path.name.startswith("."))
+        every = sorted(path for path in character.rglob("*") if path.is_file())
+        files = [path for path in every if not is_litter(path.relative_to(character))]
         inputs = {path.relative_to(character).as_posix(): stored(path).sha256 for path in files}
         if character.is_file():
             inputs = {"": stored(character).sha256}

@@ -63,25 +63,28 @@ class _Image:
     owner: str | None
 
 
-def files_by_custom(folder: Path, refuse: Refuse = raised) -> Found:
+def files_by_custom(folder: Path, meshes: dict[str, Path], owners: dict[str, str], refuse: Refuse = raised) -> Found:
     """Look through a folder; what ``refuse`` does not raise is left out.
+
+    Parameters
+    ----------
+    folder : which.
+    meshes, owners : its meshes, of :func:`meshes_in`.
+    refuse : takes the errors of single images.
 
     Raises
     ------
     FaceZipError
-        ``BAD_CHARACTER`` for two files of one name, or a name that says no map or tile; ``MISSING_FILE`` for a texture
-        without a mesh; ``UNREADABLE_IMAGE`` for a texture of a format that is not read.
+        ``BAD_CHARACTER`` for two files of one texture, or a name that says no map or tile; ``MISSING_FILE`` for a
+        texture without a mesh; ``UNREADABLE_IMAGE`` for a texture of a format that is not read.
     """
-    files = [path for path in sorted(folder.iterdir()) if not is_litter(path.relative_to(folder)) and path.is_file()]
-    meshes = mesh_files(path for path in files if path.suffix.lower() == MESH_SUFFIX)
-    owners, notes = owners_of(meshes, neutral_among(meshes))
-    meshes = {owners[folded(name)]: path for name, path in meshes.items()}
+    files = visible_files(folder)
     images = [_taken_apart(path, owners) for path in files if path.suffix.lower() in TEXTURE_SUFFIXES]
     tiles = [image.parts.tile for image in images if image.owner is not None]
-    found, first = Found(meshes, numbered=any(tiles), notes=notes), first_tile(tiles)
+    found, first = Found(meshes, numbered=any(tiles)), first_tile(tiles)
     if first == 0:
         named = next(image.path for image in images if re.search(r"[uv]0(?!\d)", image.parts.tile, re.IGNORECASE))
-        notes.append(Note(named.name, f"tiles are counted from u0, v0, which is {FIRST_TILE}"))
+        found.notes.append(Note(named.name, f"tiles are counted from u0, v0, which is {FIRST_TILE}"))
     others = [_taken_apart(path, owners) for path in files if path.suffix.lower() in OTHER_SUFFIXES]
     for sort_in, some in ((_sort_in, images), (_check_unread, others)):
         for image in some:
@@ -90,6 +93,24 @@ def files_by_custom(folder: Path, refuse: Refuse = raised) -> Found:
             except FaceZipError as error:
                 refuse(error)
     return found
+
+
+def meshes_in(folder: Path) -> tuple[dict[str, Path], dict[str, str], list[Note]]:
+    """The meshes of a folder by name, the neutral's being ``neutral``; what :func:`owners_of` says of their names.
+
+    Raises
+    ------
+    FaceZipError
+        ``BAD_CHARACTER``: two of one name, or several that may be the neutral.
+    """
+    meshes = mesh_files(path for path in visible_files(folder) if path.suffix.lower() == MESH_SUFFIX)
+    owners, notes = owners_of(meshes, neutral_among(meshes))
+    return {owners[folded(name)]: path for name, path in meshes.items()}, owners, notes
+
+
+def visible_files(folder: Path) -> list[Path]:
+    """The files in a folder that are a person's, by name."""
+    return [path for path in sorted(folder.iterdir()) if not is_litter(Path(path.name)) and path.is_file()]
 
 
 def mesh_files(paths: Iterator[Path]) -> dict[str, Path]:
@@ -136,9 +157,7 @@ def owners_of(meshes: dict[str, Path], neutral: str | None) -> tuple[dict[str, s
 def texture_path(folder: Path, name: str) -> Path:
     """The texture of a name in a folder, whatever its suffix; where there is none, what it would be called."""
     suffixes = (*TEXTURE_SUFFIXES, *OTHER_SUFFIXES)
-    among = [
-        path for path in sorted(folder.iterdir()) if path.suffix.lower() in suffixes and not is_litter(Path(path.name))
-    ]
+    among = (path for path in visible_files(folder) if path.suffix.lower() in suffixes)
     alike = [path for path in among if folded(path.stem) == folded(name)]
     found = [path for path in alike if path.suffix.lower() in TEXTURE_SUFFIXES]
     if len(found) > 1:
@@ -163,7 +182,7 @@ def _taken_apart(path: Path, owners: dict[str, str]) -> _Image:
 
 def _sort_in(found: Found, image: _Image, first: int) -> None:
     path, parts, owner = image.path, image.parts, image.owner
-    if owner is None or owner not in {*found.meshes, MASK}:
+    if owner is None:
         if is_like_a_mask(path.stem):
             found.notes.append(
                 Note(path.name, "not taken for the mask; call it mask.png if it is the face's", asks=True)
@@ -212,8 +231,7 @@ def without_mesh(texture: Path, meshes: Collection[str]) -> FaceZipError:
     stem = one_form(texture.stem)
     owners = [name for name in meshes if folded(stem[: len(name)]) == folded(name) and stem[len(name) :][:1] in "._- "]
     if not owners:
-        name = next((parts.name for parts in readings(texture.stem) if parts.map), texture.stem)
-        return _no_mesh(texture, name)
+        return _no_mesh(texture, min((parts.name for parts in readings(texture.stem)), key=len))
     owner = max(owners, key=len)
     behind = stem[len(owner) + 1 :]
     nearest = _nearest(re.split(r"[._ -]", behind) if stem[len(owner)] != "." else behind.split("."))

@@ -11,7 +11,7 @@ from facezip.character.custom import (
     MESH_SUFFIX,
     OTHER_MESHES,
     files_by_custom,
-    mesh_files,
+    meshes_in,
     neutral_among,
     owners_of,
     put,
@@ -112,9 +112,7 @@ def read_layout(folder: Path, refuse: Refuse = raised) -> Layout:
 def holds_character(folder: Path) -> bool:
     """Whether a folder is one of scans, sound or not: it has a mesh that is the neutral, or says itself what it has."""
     try:
-        files = [path for path in sorted(folder.iterdir()) if not is_litter(Path(path.name)) and path.is_file()]
-        meshes = mesh_files(path for path in files if path.suffix.lower() == MESH_SUFFIX)
-        return (folder / SETTINGS).is_file() or neutral_among(meshes) is not None
+        return (folder / SETTINGS).is_file() or NEUTRAL in meshes_in(folder)[0]
     except FaceZipError:
         # Two may be it.
         return True
@@ -123,10 +121,11 @@ def holds_character(folder: Path) -> bool:
 
 
 def _by_custom(folder: Path, refuse: Refuse) -> Layout:
-    found = files_by_custom(folder, refuse)
-    _check_meshes(folder, found.meshes)
+    meshes, owners, notes_on_names = meshes_in(folder)
+    _check_meshes(folder, meshes)
+    found = files_by_custom(folder, meshes, owners, refuse)
     maps = {name: MapFiles(KNOWN[name], files) for name, files in found.maps.items()}
-    notes = tuple(found.notes)
+    notes = (*notes_on_names, *found.notes)
     return Layout(folder, found.meshes, _albedo_first(folder, maps), found.masks, found.numbered, notes)
 
 

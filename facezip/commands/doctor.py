@@ -16,6 +16,7 @@ from facezip.commands import options
 from facezip.errors import ErrorCode, ExitCode, FaceZipError
 from facezip.export.examination import examine_export
 from facezip.export.record import FILE_NAME as EXPORT
+from facezip.export.web import page_at
 from facezip.names import printable
 from facezip.pack.examination import examine_pack
 from facezip.pack.manifest import FILE_NAME as MANIFEST
@@ -52,6 +53,9 @@ def _examined(path: Path) -> Diagnosis:
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: {reason}")
     if (path / MANIFEST).is_file():
         return examine_pack(path)
+    page = page_at(path)
+    if page is not None:
+        return Diagnosis("export", str(path), f"the viewer as one page, {page.name}, with all that it needs in it")
     return examine_export(path) if (path / EXPORT).is_file() else examine_character(path)
 
 

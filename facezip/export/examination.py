@@ -14,6 +14,8 @@ from facezip.pack.verification import stored
 
 MAX_BYTES = 2**26
 AGAIN = "export it again"
+# For people: nothing depends on it.
+GUIDE = ".md"
 # Unity's, beside every file of a project.
 META = ".meta"
 TRUE = ("1", "2", "true")
@@ -113,7 +115,8 @@ def _notes(folder: Path, name: str, entry: Mapping[str, Any]) -> Iterator[Note]:
 def _changed(path: Path, name: str, entry: Mapping[str, Any]) -> Note:
     if "numbers" not in entry:
         kind = "texture" if entry.get("srgb") is False else "file"
-        return Note(name, f"is another {kind} than was exported; {AGAIN}, unless it was changed on purpose", asks=True)
+        asks = path.suffix != GUIDE
+        return Note(name, f"is another {kind} than was exported; {AGAIN}, unless it was changed on purpose", asks)
     try:
         same = numbers_of(path) == entry["numbers"]
     except FaceZipError as error:
