@@ -3,7 +3,6 @@
 Exporters write a texture of one value, of a few texels, for a map that a character does not have. It is that constant.
 """
 
-from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -95,10 +94,15 @@ def add_size(
 
 
 def _of_most(facts: dict[str, Facts]) -> Size:
-    """The neutral's size, or that of the expressions where the neutral is a smaller placeholder."""
-    size = facts[NEUTRAL].size
-    most = Counter(each.size for name, each in facts.items() if name != NEUTRAL).most_common(1)[0][0]
-    return most if np.prod(most) > np.prod(size) and is_constant(facts[NEUTRAL].path) else size
+    """The neutral's size; where that is of one value, the largest of those that are not."""
+    sizes = {each.size for each in facts.values()}
+    if len(sizes) == 1 or not is_constant(facts[NEUTRAL].path):
+        return facts[NEUTRAL].size
+    largest_first = sorted(sizes, key=lambda size: size[0] * size[1], reverse=True)
+    varied = (
+        size for size in largest_first for each in facts.values() if each.size == size and not is_constant(each.path)
+    )
+    return next(varied, largest_first[0])
 
 
 def _of_albedo(sizes: Sizes, how: MapFiles, tile: int, facts: dict[str, Facts], size: Size) -> Size:
