@@ -82,6 +82,10 @@ class Character:
     stacks: Mapping[Key, Stack]
     notes: tuple[Note, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Names are kept in one Unicode form, whoever makes a character."""
+        object.__setattr__(self, "expressions", tuple(map(one_form, self.expressions)))
+
     @property
     def tiles(self) -> tuple[int, ...]:
         """UDIM numbers, ascending."""

@@ -61,6 +61,10 @@ class CompressedTextures:
     weights: Mapping[int, NDArray[np.float32]]
     meshes: Meshes | None = None
 
+    def __post_init__(self) -> None:
+        """Names are kept in one Unicode form, whoever makes a model."""
+        object.__setattr__(self, "expressions", tuple(map(one_form, self.expressions)))
+
     @property
     def tiles(self) -> tuple[int, ...]:
         """UDIM numbers, ascending."""
