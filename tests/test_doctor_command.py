@@ -190,6 +190,19 @@ def test_settings_of_unity_are_those_that_the_blend_expects(kept, tmp_path_facto
 
 
 @pytest.mark.parametrize(
+    ("file", "setting"),
+    [("weights_0", "textureCompression: 1"), ("weights_0", "maxTextureSize: 2"), ("neutral", "maxTextureSize: 16")],
+)
+def test_weights_are_not_compressed_and_nothing_is_made_smaller(export, file, setting):
+    folder = export("unity")
+    text = f"TextureImporter:\n  {setting}\n  platformSettings:\n  - maxTextureSize: 8192\n    textureCompression: 0\n"
+    (folder / "1001" / f"{file}.png.meta").write_text(text)
+    code, said = notes(folder)
+    assert code == ExitCode.DIFFERENCE
+    assert said[f"1001/{file}.png.meta"]["words"].startswith(setting.split(":")[0])
+
+
+@pytest.mark.parametrize(
     ("old", "new"),
     [
         ("compress/mode=0", "compress/mode=2"),

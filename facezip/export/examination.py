@@ -65,6 +65,7 @@ def _is_record(record: Any) -> bool:
         isinstance(entry, dict)
         and (isinstance(entry.get("settings"), dict) or {"bytes", "sha256"} <= {*entry})
         and ("srgb" not in entry or type(entry.get("mipmaps")) is bool)
+        and all(type(side) is int for side in entry.get("size", [0]))
         for entry in record.values()
     )
 
@@ -149,8 +150,13 @@ def _of_unity(meta: Path, name: str, entry: Mapping[str, Any]) -> Iterator[Note]
     wanted = {
         "alphaIsTransparency": ("0", "colours where alpha is 0 become others"),
         "nPOTScale": ("0", "the texture is resized"),
-        "enableMipMap": (str(int(entry["mipmaps"])), "mip-maps are as the fit did not expect"),
+        "enableMipMap": (str(int(entry["mipmaps"])), "mip-maps are not as the fit expects"),
     }
+    if not entry["mipmaps"]:
+        wanted["textureCompression"] = "0", "weights are for the pre-pass to the last bit"
+    most = found.get("maxTextureSize", "")
+    if most.isdecimal() and "size" in entry and int(most) < max(entry["size"]):
+        wanted["maxTextureSize"] = "16384", "the texture is made smaller"
     for key, (value, why) in wanted.items():
         if found.get(key, value) != value:
             words = f"{key} is {found[key]} and has to be {value}: {why}"

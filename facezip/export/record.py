@@ -13,13 +13,14 @@ from typing import Any
 import numpy as np
 
 from facezip.files.decoding import decoding
+from facezip.files.statements import stated
 from facezip.pack.verification import stored
 
 FILE_NAME = "facezip.json"
 IMAGE = ".png"
 # Godot's own settings lie beside each texture, and its editor adds to them.
 SETTINGS = ".import"
-_SETTING = re.compile(r"^\s*([\w/]+)\s*[=:]\s*(.*?)\s*$", re.MULTILINE)
+_SETTING = re.compile(r"^[ \t]*([\w/]+)[ \t]*[=:][ \t]*(.*?)[ \t\r]*$", re.MULTILINE)
 
 
 def with_record(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
@@ -51,8 +52,11 @@ def numbers_of(image: Path) -> str:
 
 
 def settings_in(text: str) -> dict[str, str]:
-    """The settings in a file of an importer, ``key=value`` of Godot's and ``key: value`` of Unity's."""
-    return {name: value.strip('"') for name, value in _SETTING.findall(text)}
+    """The settings in a file of an importer, ``key=value`` of Godot's and ``key: value`` of Unity's; the first of each.
+
+    Unity repeats some for every platform, after what holds for all.
+    """
+    return {name: value.strip('"') for name, value in reversed(_SETTING.findall(text))}
 
 
 def _textures(document: Mapping[str, Any]) -> Iterator[str]:
@@ -74,5 +78,6 @@ def _files(folder: Path, textures: set[str]) -> Iterator[tuple[str, dict[str, An
         if name in textures:
             # Numbers of the fit: an importer that takes them for sRGB, or for transparent, changes them.
             entry |= {"srgb": False, "mipmaps": not path.name.startswith("weights")}
-            entry |= {"numbers": numbers_of(path)} if path.suffix == IMAGE else {}
+            if path.suffix == IMAGE:
+                entry |= {"size": list(stated(path).size), "numbers": numbers_of(path)}
         yield name, entry
