@@ -207,3 +207,33 @@ def test_the_channel_of_a_mask_is_said_where_it_is_not_the_only_one(plain, tmp_p
     write_texture(folder / "mask.1001.png", np.concatenate([0 * grey, grey, 0 * grey], axis=2))
     assert same(load_character(plain), found := load_character(folder))
     assert [note.words for note in found.notes] == ["its channel G is the mask"]
+
+
+SETTINGS = """
+meshes = "Geometry/{name}.obj"
+mask = "masks/{tile}.png"
+[maps.albedo]
+files = "colour/{name}_C_{tile}.png"
+[maps.roughness]
+files = "{name}/rough.{tile}.PNG"
+"""
+
+
+@LIGHT
+@given(st.sampled_from(["{0}", "u{1}_v1", "U{1}_V1", "u{1}v1"]), st.sampled_from(["NFC", "NFD"]), st.booleans())
+def test_patterns_of_character_toml_know_the_same_names(plain, tile, form, upper):
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place) / "scans"
+        for path in plain.iterdir():
+            name, number = path.stem.split(".")[0], path.stem[-4:]
+            at = tile.format(number, number[-1])
+            to = f"geometry/{name}.obj"
+            if path.suffix == ".png":
+                to = f"{name}/rough.{at}.png" if "roughness" in path.stem else f"colour/{name}_C_{at}.png"
+                to = f"masks/{at}.png" if name == "mask" else to
+            whole = folder / unicodedata.normalize(form, to.replace(".png", ".PNG") if upper else to)
+            whole.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(path, whole)
+            (whole.parent / f"._{whole.name}").write_bytes(bytes(20))
+        (folder / "character.toml").write_text(SETTINGS)
+        assert same(load_character(plain), load_character(folder))
