@@ -1,7 +1,7 @@
 """A character looked at without using it: every file, and every reason at once why it cannot be read."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -37,7 +37,7 @@ def examine_character(path: Path) -> Diagnosis:
     faults: list[FaceZipError] = []
     try:
         character = read_character(path)
-        rows = _rows(read_layout(path), faults) if path.is_dir() else _rows_within(path, character)
+        rows = _rows(read_layout(path), character) if path.is_dir() else _rows_within(path, character)
         return Diagnosis("character", str(path), _summary(character), tuple(rows), (), character.notes)
     except FaceZipError as error:
         faults.append(error)
@@ -59,8 +59,10 @@ def _summary(character: Character) -> str:
 
 def _rows_within(path: Path, character: Character) -> list[Row]:
     """Of a character in one file."""
-    found = [_mesh_row(path.name, name, character.mesh_vertices(name), character.meshes.topology)
-             for name in (NEUTRAL, *character.expressions)]  # fmt: skip
+    found = [
+        _mesh_row(path.name, name, character.mesh_vertices(name), character.meshes.topology)
+        for name in (NEUTRAL, *character.expressions)
+    ]
     for (map, tile), stack in character.stacks.items():
         encoding = f"{stack.neutral.dtype}, {stack.channels} channel(s)"
         found += [
@@ -74,7 +76,7 @@ def _mesh_row(file: str, name: str, vertices: NDArray[np.float32], topology: Top
     extent = np.ptp(vertices[topology.faces].reshape(-1, 3), axis=0)
     size = f"{len(vertices)} vertices, {len(topology.faces)} triangles"
     encoding = "obj" if file.lower().endswith(".obj") else "gltf"
-    return Row(file, "mesh", name, None, encoding, "y up, looks to +z", size, _unit(extent))
+    return Row(file, "mesh", name, None, encoding, "taken as y up, looking to +z", size, _unit(extent))
 
 
 def _unit(extent: NDArray[np.float32]) -> str:
@@ -84,24 +86,28 @@ def _unit(extent: NDArray[np.float32]) -> str:
     return f"{sides}, {f'{likely[0]} by its size' if likely else 'of any unit'}"
 
 
-def _rows(layout: Layout, faults: list[FaceZipError]) -> list[Row]:
-    """Of a character in a folder, by what headers state; what cannot be read is a fault, and has no row."""
-    rows = []
+def _rows(layout: Layout, character: Character | None = None) -> list[Row]:
+    """Of a character in a folder, read or not, by what headers state; what cannot be read has no row."""
+    rows: list[Row] = []
     for name, path in layout.meshes.items():
-        with _collected(faults):
-            vertices, topology = read_obj(path)
+        with suppress(FaceZipError):
+            vertices, topology = read_obj(path) if character is None else _mesh_of(character, name)
             rows.append(_mesh_row(layout.note(path, "").file, name, vertices, topology))
     for how in layout.maps:
         for (name, tile), path in how.files.items():
-            with _collected(faults):
+            with suppress(FaceZipError):
                 rows.append(_texture_row(layout, how, name, tile, stated(path)))
     for tile, path in layout.masks.items():
-        with _collected(faults):
+        with suppress(FaceZipError):
             facts = stated(path)
             orientation = _orientation(facts)
             encoding = f"{_format(path)}, {facts.type}, {', '.join(facts.channels)}"
             rows.append(Row(layout.note(path, "").file, "mask", "", tile, encoding, orientation, words_for(facts.size)))
     return rows
+
+
+def _mesh_of(character: Character, name: str) -> tuple[NDArray[np.float32], Topology]:
+    return character.mesh_vertices(name), character.meshes.topology
 
 
 def _texture_row(layout: Layout, how: MapFiles, name: str, tile: int, facts: Facts) -> Row:
@@ -145,7 +151,7 @@ class _Search:
             self.notes += layout.notes
             with _collected(self.faults):
                 check_names(layout.expressions, self.folder)
-            self.rows += _rows(layout, [])
+            self.rows += _rows(layout)
             texel = self._headers(layout)
             self._meshes(layout, texel)
             self._texels(layout)
