@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -92,7 +92,9 @@ def files_by_custom(folder: Path, meshes: dict[str, Path], owners: dict[str, str
                 sort_in(found, image, first)
             except FaceZipError as error:
                 refuse(error)
-    return found
+    tiles_without = {tile for _, tile in found.maps.get(ALBEDO, {})} - {*found.masks}
+    # What is called nearly so may be meant where there is no mask.
+    return replace(found, notes=[replace(note, asks=note.asks and bool(tiles_without)) for note in found.notes])
 
 
 def meshes_in(folder: Path) -> tuple[dict[str, Path], dict[str, str], list[Note]]:

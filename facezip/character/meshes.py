@@ -42,7 +42,7 @@ def check_digits(path: Path, corners: NDArray[np.float32]) -> None:
     """
     size, farthest = float(np.ptp(corners.reshape(-1, 3), axis=0).max()), np.abs(corners).max()
     step = float(np.spacing(farthest))
-    if step > ROUNDING * size:
+    if farthest > 0 and step > ROUNDING * size:
         raise FaceZipError(
             ErrorCode.UNREADABLE_MESH,
             f"{path}: {size:.3g} units in size and up to {farthest:.3g} from the origin, where numbers are {step:.2g} "

@@ -237,3 +237,10 @@ def test_patterns_of_character_toml_know_the_same_names(plain, tile, form, upper
             (whole.parent / f"._{whole.name}").write_bytes(bytes(20))
         (folder / "character.toml").write_text(SETTINGS)
         assert same(load_character(plain), load_character(folder))
+
+
+def test_an_image_called_nearly_like_the_masks_beside_them_is_said_and_asks_nothing(plain, tmp_path):
+    folder = respelt(plain, tmp_path, str)
+    shutil.copy(folder / "mask.1001.png", folder / "mask_core.png")
+    (note,) = load_character(folder).notes
+    assert (note.file, note.asks) == ("mask_core.png", False)
