@@ -16,6 +16,7 @@ VERBS = {
     "demo": "The main job on the embedded character: compress, render, report.",
     "compress": "A character in, a pack out.",
     "batch": "Many characters, on all cores or on a cluster; what is finished stays finished.",
+    "doctor": "What is read from which file, what is unusual, and what to do about it.",
     "check": "Is every expression registered to the neutral; before it is compressed.",
     "importance": "Which texels the cameras look at, as a weight of the fit.",
     "validate": "Render a character against packs of it, and report the difference.",

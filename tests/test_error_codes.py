@@ -44,7 +44,7 @@ def mesh_beyond_the_limit(place):
 
 def other_size(place):
     save_character(SCANS, place / "scans")
-    write_texture(place / "scans" / "expr_1.png", np.zeros((8, 16, 3), np.uint8))
+    write_texture(place / "scans" / "expr_1.png", np.arange(384, dtype=np.uint16).reshape(8, 16, 3))
     load_character(place / "scans")
 
 

@@ -8,6 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from facezip.character.filenames import is_litter
 from facezip.character.gltf_files import files_beside
 from facezip.character.sources import is_gltf_name
 from facezip.errors import ErrorCode, FaceZipError
@@ -26,7 +27,8 @@ def digest_of(character: Path, settings: Mapping[str, Any]) -> str:
         ``CANNOT_READ``.
     """
     with reading(character):
-        files = sorted(path for path in character.rglob("*") if path.is_file() and not path.name.startswith("."))
+        every = sorted(path for path in character.rglob("*") if path.is_file())
+        files = [path for path in every if not is_litter(path.relative_to(character))]
         inputs = {path.relative_to(character).as_posix(): stored(path).sha256 for path in files}
         if character.is_file():
             beside = files_beside(character) if is_gltf_name(character) else []

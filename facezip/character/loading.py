@@ -38,16 +38,19 @@ def load_character(path: str | Path, *, keep_floats: bool = False, maps: tuple[s
         One line that names the file: missing partners, fewer than two expressions, textures of another size or type,
         meshes of another topology or UV layout, and everything that the readers of meshes and textures refuse.
     """
-    path = Path(path)
+    character = read_character(Path(path), keep_floats, maps)
+    say(character.name, character.notes)
+    return character
+
+
+def read_character(path: Path, keep_floats: bool = False, maps: tuple[str, ...] | None = None) -> Character:
+    """As :func:`load_character`, without a word in the log."""
     with reading(path):
         gltf = gltf_at(path)
         if gltf is None:
-            character = load_folder(path, keep_floats, maps)
-        else:
-            name = printable(path.resolve().name if path.is_dir() else path.stem)
-            character = load_gltf(gltf, name, stated_part(gltf.parent), maps)
-    say(character.name, character.notes)
-    return character
+            return load_folder(path, keep_floats, maps)
+        name = printable(path.resolve().name if path.is_dir() else path.stem)
+        return load_gltf(gltf, name, stated_part(gltf.parent), maps)
 
 
 def save_character(character: Character, path: str | Path) -> None:

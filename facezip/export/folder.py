@@ -8,12 +8,12 @@ from typing import Any
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.export.formats import Format
+from facezip.export.record import FILE_NAME, with_record
 from facezip.export.source import TOGETHER, Source, Tile, read_source
 from facezip.export.textures import write_maps
 from facezip.files.writing import whole_folder
 from facezip.pack.footprint import SLOTS_PER_LAYER
 
-FILE_NAME = "facezip.json"
 FORMAT = "facezip-export/1"
 
 
@@ -59,7 +59,7 @@ class Target:
         with whole_folder(output, overwrite, is_export) as folder:
             tiles = {str(tile.layout.number): self._tile(source, tile, folder, form) for tile in source.tiles}
             self.write_head(source, folder, form)
-            document = self._whole(source, tiles)
+            document = with_record(self._whole(source, tiles), folder)
             _write(document, folder)
             size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
         return {**document, "output": str(output), "bytes": size}

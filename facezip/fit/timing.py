@@ -16,7 +16,7 @@ from time import perf_counter
 from typing import Any, TypeVar
 
 from facezip.character.alignment import alignments
-from facezip.character.layout import MASK
+from facezip.character.filenames import MASK
 from facezip.character.loading import load_character
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import NEUTRAL
