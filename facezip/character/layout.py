@@ -3,12 +3,13 @@
 import re
 import tomllib
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from facezip.character.maps import ALBEDO, ENCODINGS, KNOWN, Map, is_map_name
+from facezip.character.placement import Placement
 from facezip.character.scans import NEUTRAL
 from facezip.character.tiles import FIRST_TILE
 from facezip.errors import ErrorCode, FaceZipError
@@ -20,6 +21,8 @@ MASK = "mask"
 # What a folder of scans has not, and a pack has.
 MANIFEST = "manifest.json"
 MAX_SETTINGS = 2**20
+# What it says of how the meshes stand, and not of which files there are.
+PLACEMENT = {field.name for field in fields(Placement)}
 
 # What stands behind an expression's name in the name of its texture.
 _BEHIND = re.compile(r"(?P<name>.+?)(\.(?P<map>" + "|".join(KNOWN) + r"))?(\.(?P<tile>1\d{3}))?", re.DOTALL)
@@ -87,7 +90,8 @@ def read_layout(folder: Path) -> Layout:
         reason = "is a pack; give the folder of scans that it was made of"
         raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{folder}: {reason}")
     with reading(folder):
-        layout = _stated(folder) if (folder / SETTINGS).is_file() else _by_custom(folder)
+        stated = _settings(folder)
+        layout = _stated(folder, stated) if {*stated} - PLACEMENT else _by_custom(folder)
     _check_complete(layout)
     return layout
 
@@ -153,16 +157,42 @@ def _nearest(parts: list[str]) -> str | None:
     return ".".join((*maps, *tiles)) if both else None
 
 
-def _stated(folder: Path) -> Layout:
+def read_placement(folder: Path) -> Placement:
+    """What ``character.toml`` in a folder says of axes and unit; nothing where there is none.
+
+    Raises
+    ------
+    FaceZipError
+        ``BAD_CHARACTER`` where it says something else than it may.
+    """
+    with reading(folder):
+        try:
+            return Placement.of({key: value for key, value in _settings(folder).items() if key in PLACEMENT})
+        except ValueError as error:
+            raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{folder / SETTINGS}: {error}") from None
+
+
+def _settings(folder: Path) -> dict[str, Any]:
+    """The entries of ``character.toml``; none where there is no such file."""
     path = folder / SETTINGS
+    if not path.is_file():
+        return {}
     if path.stat().st_size > MAX_SETTINGS:
         raise FaceZipError(ErrorCode.TOO_LARGE, f"{path}: larger than {MAX_SETTINGS} bytes")
     try:
-        document = tomllib.loads(path.read_bytes().decode())
+        return tomllib.loads(path.read_bytes().decode())
+    except (ValueError, RecursionError) as error:
+        raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: {error}") from None
+
+
+def _stated(folder: Path, document: dict[str, Any]) -> Layout:
+    path = folder / SETTINGS
+    try:
+        document = {key: value for key, value in document.items() if key not in PLACEMENT}
         maps = document.pop("maps", {})
         patterns = {"meshes": "{name}.obj", "mask": "mask.png", **document}
         if odd := {*patterns} - {"meshes", "mask"}:
-            raise ValueError(f"'{min(odd)}' is not known; it holds meshes, mask and [maps.NAME]")
+            raise ValueError(f"'{min(odd)}' is not known; it holds meshes, mask, up, front, unit and [maps.NAME]")
         found = {name: _stated_map(folder, name, dict(entry)) for name, entry in maps.items()}
         meshes = {name: file for (name, _), file in _matching(folder, patterns["meshes"]).items()}
         masks = {tile: file for (_, tile), file in _matching(folder, patterns["mask"]).items()}

@@ -4,7 +4,9 @@ from pathlib import Path
 
 from facezip.character.folder import load_folder, save_folder
 from facezip.character.gltf_file import load_glb, save_glb
+from facezip.character.layout import read_placement
 from facezip.character.notes import say
+from facezip.character.placement import placed
 from facezip.character.scans import Character, check_names
 from facezip.files.reading import reading
 
@@ -17,7 +19,8 @@ def load_character(path: str | Path, *, keep_floats: bool = False, maps: tuple[s
     Beside ``neutral.obj`` and ``NAME.obj`` lie ``NAME.png`` and, each optional, ``NAME.normal.png``,
     ``NAME.roughness.png``, ``NAME.specular.png`` and ``NAME.cavity.png``; with UDIM, ``NAME.1001.png``,
     ``NAME.normal.1001.png`` … Other names are said in ``character.toml`` (docs/maps.md). ``mask.png``, where present,
-    limits the face region. PNG, TIFF, JPEG or OpenEXR. Expressions come in the order of their names.
+    limits the face region. PNG, TIFF, JPEG or OpenEXR. Expressions come in the order of their names. Meshes come
+    upright and looking at +z, expressions at the neutral's place and in its size (docs/meshes.md).
 
     What files say that is not ordinary, and what was done about it, is in the character's ``notes`` and in the log
     ``facezip``, as warnings.
@@ -37,6 +40,7 @@ def load_character(path: str | Path, *, keep_floats: bool = False, maps: tuple[s
     path = Path(path)
     with reading(path):
         character = load_glb(path) if path.suffix.lower() == GLB else load_folder(path, keep_floats, maps)
+    character = placed(character, read_placement(path if path.is_dir() else path.parent), path)
     say(character.name, character.notes)
     return character
 
