@@ -9,11 +9,14 @@ to ear, sizes and shifts: what lies closer is right. How close, and how sure tha
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from facezip.character.meshes import Meshes
+from facezip.character.motion import nearest_axes
 from facezip.character.surface import NORMALS, Points, Surface
 
 FACE = "face.npz"
@@ -27,6 +30,8 @@ MIRRORS, STEPS = 6, 8
 KEPT = 0.85
 # Where a fit of the generic face begins: turns in degrees, sizes and shifts; and where turns and sizes end.
 TURNS, SIZES, SHIFTS = (-20.0, 20.0), (0.75, 1.25), (-0.5, 0.0, 0.5)
+# After so many steps from each of them, so many go on.
+FIRST, GOOD = 3, 4
 MOST_TURN, LEAST_SIZE, MOST_SIZE = 50.0, 0.6, 1.6
 
 
@@ -71,7 +76,8 @@ def orientation_of(meshes: Meshes) -> Orientation | None:
     (off, turn), (other, other_turn) = (_laid(front, around) for around in (1.0, -1.0))
     flip = np.diag([-1.0, -1.0, 1.0])
     axes = turn.T @ axes if off <= other else flip @ other_turn.T @ axes
-    least, most, usual = min(off, other), max(off, other), _laid(surface, 1.0)[0]
+    least, most = min(off, other), max(off, other)
+    usual = least if np.array_equal(nearest_axes(axes), np.eye(3)) else _laid(surface, 1.0)[0]
     return Orientation(axes, facing, symmetric, most / max(least, 1e-9), least, usual)
 
 
@@ -120,16 +126,28 @@ def _laid(head: Surface, around: float) -> tuple[float, Points]:
     front = head.seen()
     tree = KDTree(front.coordinates)
     face = generic_face().turned(np.diag([around, around, 1.0]))
-    starts = ((turn, size, shift) for turn in TURNS for size in SIZES for shift in SHIFTS)
-    fits = [_fitted(front, tree, face, np.radians(turn), size, shift) for turn, size, shift in starts]
-    return min(fits, key=lambda fit: fit[0])
+    starts = [
+        _Fit(np.inf, np.radians(turn), size, np.array([0.0, shift, 0.0]))
+        for turn, size, shift in product(TURNS, SIZES, SHIFTS)
+    ]
+    some = sorted((_fitted(front, tree, face, fit, FIRST) for fit in starts), key=lambda fit: fit.off)[:GOOD]
+    best = min((_fitted(front, tree, face, fit, STEPS) for fit in some), key=lambda fit: fit.off)
+    return best.off, _about_x(best.angle)
 
 
-def _fitted(
-    front: Surface, tree: KDTree, face: Surface, angle: float, size: float, shift: float
-) -> tuple[float, Points]:
-    move: Points = np.array([0.0, shift, 0.0])
-    for _ in range(STEPS):
+class _Fit(NamedTuple):
+    """How far off the generic face lies when it is turned about the x axis, resized and moved."""
+
+    off: float
+    angle: float
+    size: float
+    move: Points
+
+
+def _fitted(front: Surface, tree: KDTree, face: Surface, start: _Fit, steps: int) -> _Fit:
+    """So many steps from one fit to a better one (iterated closest points, Besl and McKay 1992)."""
+    _, angle, size, move = start
+    for _ in range(steps):
         laid = face.turned(_about_x(angle), size, move)
         off, nearest = map(np.asarray, tree.query(laid.coordinates))
         kept = np.argsort(off)[: int(KEPT * len(off))]
@@ -143,7 +161,7 @@ def _fitted(
         size = float(np.clip(np.sum(turned * theirs) / np.square(mine).sum(), LEAST_SIZE, MOST_SIZE))
         move = centres[1] - size * _about_x(angle) @ centres[0]
         move[0] = 0
-    return float(np.sqrt(np.square(off[kept]).mean())), _about_x(angle)
+    return _Fit(float(np.sqrt(np.square(off[kept]).mean())), angle, size, move)
 
 
 def _about_x(angle: float) -> Points:
