@@ -195,6 +195,9 @@ class _Neutral:
         confidence = certainty * np.clip(self._face, 0, 1)
         known = float(np.sum(confidence > SURE)) / max(float(np.sum(self._face > SURE)), 1.0)
         feature, how = self._looked_for(self._log(texture))
+        if known <= LEAST_KNOWN and feature is not None and feature.state == "lost":
+            # Where nothing is found again, no feature is lost apart.
+            feature = None
         return Alignment(
             displacement * np.float32(self._factor), confidence.astype(np.float32), known, unit, feature, how
         )
