@@ -121,7 +121,9 @@ def _lines(document: Mapping[str, Any]) -> list[str]:
     for name, one in sorted(found.items(), key=lambda pair: -pair[1]["rms"] / pair[1]["threshold"]):
         after = document.get("register", {}).get("rms", {}).get(name)
         moved = "" if after is None else f"  registered: {after:.2f}"
-        mark = f"  <-- {one['why'] or 'misregistered'}" if name in wrong else ""
+        # Where the whole is off, features are too.
+        why = f": {one['why']}" if one["rms"] <= one["threshold"] else ""
+        mark = f"  <-- misregistered{why}" if name in wrong else ""
         place = ", ".join(f"{value:.2f}" for value in one["worst_uv"]) + (f" on {one['tile']}" if several else "")
         numbers = f"{one['rms']:6.2f}  {one['worst']:6.2f}   {place}"
         numbers = "too little in common to tell" if name in unknown else numbers
