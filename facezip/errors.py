@@ -48,6 +48,7 @@ class ErrorCode(StrEnum):
     UNKNOWN_NAME = "unknown-name"
     BAD_VALUE = "bad-value"
     OUT_OF_REACH = "out-of-reach"
+    NOTHING_TO_SEE = "nothing-to-see"
     NO_LLVM = "no-llvm"
     NO_SCHEDULER = "no-scheduler"
     WORKER_LOST = "worker-lost"

@@ -3,7 +3,7 @@
 import re
 import tomllib
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from facezip.character.custom import (
 from facezip.character.filenames import MASK, TILE, first_tile, is_litter, readings, tile_number
 from facezip.character.maps import ALBEDO, ENCODINGS, KNOWN, Map, is_map_name
 from facezip.character.notes import Note
+from facezip.character.placement import Placement
 from facezip.character.scans import NEUTRAL
 from facezip.character.tiles import FIRST_TILE
 from facezip.errors import ErrorCode, FaceZipError, Refuse, raised
@@ -31,6 +32,8 @@ SETTINGS = "character.toml"
 # What a folder of scans has not, and a pack has.
 MANIFEST = "manifest.json"
 MAX_SETTINGS = 2**20
+# What it says of how the meshes stand, and not of which files there are.
+PLACEMENT = {field.name for field in fields(Placement)}
 
 _PLACES = {"{name}": r"[^/]+?", "{tile}": TILE}
 
@@ -111,7 +114,8 @@ def read_layout(folder: Path, refuse: Refuse = raised) -> Layout:
     with reading(folder):
         settings = _settings(folder)
         part = settings.pop("part", None)
-        layout = replace(_stated(folder, settings) if settings else _by_custom(folder, refuse), part=part)
+        files = {key: value for key, value in settings.items() if key not in PLACEMENT}
+        layout = replace(_stated(folder, files) if files else _by_custom(folder, refuse), part=part)
         _check_complete(layout, refuse)
     return _with_fitting_masks(layout)
 
@@ -144,6 +148,21 @@ def stated_part(folder: Path) -> str | None:
     return part
 
 
+def read_placement(folder: Path) -> Placement:
+    """What ``character.toml`` in a folder says of axes and unit; nothing where there is none.
+
+    Raises
+    ------
+    FaceZipError
+        ``BAD_CHARACTER`` where it says something else than it may.
+    """
+    with reading(folder):
+        try:
+            return Placement.of({key: value for key, value in _settings(folder).items() if key in PLACEMENT})
+        except ValueError as error:
+            raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{folder / SETTINGS}: {error}") from None
+
+
 def _settings(folder: Path) -> dict[str, Any]:
     """What ``character.toml`` holds; nothing where there is none."""
     path = folder / SETTINGS
@@ -166,7 +185,7 @@ def _stated(folder: Path, document: dict[str, Any]) -> Layout:
         maps = document.pop("maps", {})
         patterns = {"meshes": "{name}.obj", "mask": "mask.png", **document}
         if odd := {*patterns} - {"meshes", "mask"}:
-            raise ValueError(f"'{min(odd)}' is not known; it holds meshes, mask, part and [maps.NAME]")
+            raise ValueError(f"'{min(odd)}' is not known; it holds meshes, mask, part, up, front, unit and [maps.NAME]")
         found = {name: _stated_map(folder, name, dict(entry)) for name, entry in maps.items()}
         meshes = {name: file for (name, _), file in _matching(folder, patterns["meshes"])[0].items()}
         masks = {tile: file for (_, tile), file in _matching(folder, patterns["mask"])[0].items()}
