@@ -17,6 +17,7 @@ from facezip.pack.read import read_pack
 from facezip.pack.verification import verify_pack
 from facezip.pack.write import write_pack
 from render.llvm import usable_library
+from render.presence import check_present
 from tests.facezip.conftest import grid_topology, random_character, random_model
 from tests.trust.claims import sign
 
@@ -92,6 +93,10 @@ def scans_without(place, name):
     load_character(place / "scans")
 
 
+def head_behind_the_camera():
+    check_present(np.ones((4, 4, 3), np.float32), np.full((4, 4), -1, np.int32), np.ones(2, bool), "ada, front")
+
+
 CASES = {
     ErrorCode.MISSING_FILE: lambda place: load_character(place / "nobody"),
     ErrorCode.CANNOT_READ: lambda place: read_obj(place / ("a" * 300)),
@@ -115,6 +120,7 @@ CASES = {
     ErrorCode.NO_SCHEDULER: lambda _: nobody_at_the_address(),
     ErrorCode.WORKER_LOST: lambda _: process_that_ends_itself(),
     ErrorCode.CANNOT_WRITE: written_twice,
+    ErrorCode.NOTHING_TO_SEE: lambda _: head_behind_the_camera(),
 }
 
 

@@ -29,6 +29,10 @@ def restored(meshes, n, changed):
     return np.abs(found.vertices - meshes.vertices).max() / np.ptp(meshes.neutral)
 
 
+# All ways to name the axes of a right-handed system, but for the one that changes nothing.
+TURNS = [turn for turn in Rotation.create_group("O").as_matrix().round() if not np.array_equal(turn, np.eye(3))]
+
+
 @settings(max_examples=15, deadline=None)
 @given(people, ns, st.sampled_from([0.01, 0.1, 10, 100, 1000, 2.54, 25.4, 1 / 2.54, 30.48]))
 def test_another_unit_is_divided_out(person, n, factor):
@@ -52,7 +56,7 @@ def test_what_is_elsewhere_is_moved_onto_the_neutral(person, n, direction, sizes
 
 
 @settings(max_examples=10, deadline=None)
-@given(people, ns, st.sampled_from(list(Rotation.create_group("O").as_matrix().round())[1:]), st.booleans())
+@given(people, ns, st.sampled_from(TURNS), st.booleans())
 def test_other_axes_are_turned_back(person, n, turn, mirrored):
     meshes = head(*person)
     turn = turn @ np.diag([-1, 1, 1]) if mirrored else turn
