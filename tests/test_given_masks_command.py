@@ -92,7 +92,8 @@ def test_what_takes_a_pack_takes_it(folder):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--nonnegative",), "--method masks"),
+        (("--nonnegative", "--method", "pca"), "--method refined or masks"),
+        (("--nonnegative", "--target-rmse", 2), "leave --nonnegative out"),
         (("--given-masks", "DIR", "--method", "paper"), "--method masks, not paper"),
         (("--given-masks", "DIR", "--masks", 9), "leave them out"),
         (("--given-masks", "DIR", "--target-rmse", 2), "need --method refined"),

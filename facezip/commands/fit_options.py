@@ -55,8 +55,8 @@ def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
             "rig, and masks.toml: each expression becomes a few numbers a mask. Means --method masks.",
         ),
         click.option(
-            "--nonnegative", is_flag=True, help="Weights of 0..1 alone, for engines that clamp (masks): differences "
-            "are only ever added.",
+            "--nonnegative", is_flag=True, help="Weights of 0..1 alone, for engines that clamp: differences are only "
+            "ever added (refined, masks).",
         ),
         _setting("restarts", "N", "Random starts of the stitching (paper)."),
         _setting("seed", "S", "Of what is random (paper, masks)."),
@@ -86,14 +86,16 @@ def check_together(names: set[str], given: Mapping[str, Any]) -> None:
         method = "masks"
     if choosing and names & {"differences", "weight_scale"}:
         raise click.UsageError("--target-rmse and --budget-mb choose --differences and --weight-scale: leave those out")
+    if choosing and given["nonnegative"]:
+        raise click.UsageError("--target-rmse and --budget-mb choose among free weights: leave --nonnegative out")
     if method != "refined" and choosing:
         raise click.UsageError("--target-rmse and --budget-mb need --method refined")
     if method not in ("refined", "masks") and given["importance"]:
         raise click.UsageError("--importance needs --method refined or masks")
     if method == "refined" and names & {"masks", "restarts"}:
         raise click.UsageError("--masks and --restarts are of the paper's method: add --method paper, or masks")
-    if method != "masks" and given["nonnegative"]:
-        raise click.UsageError("--nonnegative needs --method masks or --given-masks")
+    if method not in ("refined", "masks") and given["nonnegative"]:
+        raise click.UsageError("--nonnegative needs --method refined or masks")
     if "memory" in names and method not in STREAMED:
         raise click.UsageError(f"--memory needs --method {' or '.join(STREAMED)}: the others hold all textures")
 

@@ -18,6 +18,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from facezip.character.samples import Samples
+from facezip.fit.pca import larger_sides
 from facezip.fit.refine import alternations, joint_system
 from facezip.fit.weights import SMOOTHNESS, WeightSystem
 from facezip.machine.progress import track
@@ -154,17 +155,9 @@ def _weights(masks: NDArray[np.uint8], activations: NDArray[np.float32]) -> NDAr
 
 
 def _start(components: NDArray[np.float32], bounds: Bounds) -> NDArray[np.float64]:
-    """The same weights ``(N, R)`` under every mask, ``(N, K, R)``.
-
-    Where they may not be negative, the larger of each component's two sides, as in Boutsidis & Gallopoulos, SVD based
-    initialization: A head start for nonnegative matrix factorization, 2008.
-    """
-    weights = components.astype(np.float64)
-    if (bounds.low == 0).all():
-        sides = np.stack([np.maximum(weights, 0), np.maximum(-weights, 0)])
-        larger = np.square(sides).sum(axis=1).argmax(axis=0)
-        weights = np.take_along_axis(sides, larger[None, None], axis=0)[0]
-    return bounds.clipped(np.repeat(weights[:, None], len(bounds.low), axis=1))
+    """The same weights ``(N, R)`` under every mask, ``(N, K, R)``."""
+    weights = larger_sides(components) if (bounds.low == 0).all() else components
+    return bounds.clipped(np.repeat(weights[:, None].astype(np.float64), len(bounds.low), axis=1))
 
 
 def _active(masks: NDArray[np.float32]) -> _Active:

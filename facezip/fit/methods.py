@@ -119,7 +119,10 @@ def _refined(task: _Task) -> _Fit:
     weights: dict[int, NDArray[np.float32]] = {}
     for tile in character.tiles:
         own = {key: some for key, some in samples.items() if key[1] == tile}
-        weights[tile] = as_stored(fit_weights([*own.values()], task.slots, scale, components=components))
+        fitted = fit_weights(
+            [*own.values()], task.slots, scale, components=components, nonnegative=task.settings.nonnegative
+        )
+        weights[tile] = as_stored(fitted)
         parts |= {key: task.part(key, *best_differences(some, weights[tile])) for key, some in own.items()}
     return parts, weights
 

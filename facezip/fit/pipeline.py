@@ -62,8 +62,8 @@ class Request:
         if self.map_weights:
             stated["map_weights"] = dict(self.map_weights)
         if self.given_masks is not None:
-            # As many as there are in the folder, and as its settings say; nothing of them is random.
-            stated = {name: value for name, value in stated.items() if name not in ("masks", "seed", "nonnegative")}
+            # As many as there are in the folder; nothing of them is random.
+            stated = {name: value for name, value in stated.items() if name not in ("masks", "seed")}
             stated["given_masks"] = self.given_masks.name
         return stated if self.importance is None else {**stated, "importance": self.importance.name}
 

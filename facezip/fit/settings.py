@@ -22,7 +22,8 @@ class Settings:
     masks : number of masks on the face region (paper, masks).
     restarts : random starts of the stitching (paper; not its variants).
     seed : of every random choice.
-    nonnegative : whether weights are positive or zero, at most 1, so that differences are only ever added (masks).
+    nonnegative : whether weights are positive or zero, at most 1, so that differences are only ever added (refined,
+        masks).
     """
 
     differences: int = 4
@@ -48,7 +49,7 @@ class Settings:
         if self.weight_scale not in WEIGHT_SCALES:
             raise FaceZipError(ErrorCode.BAD_VALUE, f"weight scale {self.weight_scale}: must be one of {WEIGHT_SCALES}")
         if self.nonnegative and "nonnegative" not in USED[method]:
-            raise FaceZipError(ErrorCode.BAD_VALUE, f"nonnegative: method {method} cannot keep weights so; use masks")
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"nonnegative: method {method} cannot; use refined or masks")
         if method.startswith("paper") and self.differences != PAPER_DIFFERENCES:
             raise FaceZipError(
                 ErrorCode.BAD_VALUE,
@@ -59,7 +60,7 @@ class Settings:
 _OF_THE_PAPER = ("differences", "weight_scale", "masks", "seed")
 # By method, the settings that it uses.
 USED: dict[str, tuple[str, ...]] = {
-    "refined": ("differences", "weight_scale"),
+    "refined": ("differences", "weight_scale", "nonnegative"),
     "paper": (*_OF_THE_PAPER, "restarts"),
     "paper-optimised": _OF_THE_PAPER,
     "paper-unpermuted": _OF_THE_PAPER,
@@ -69,5 +70,6 @@ USED: dict[str, tuple[str, ...]] = {
 
 
 def made_with(method: str, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """The method, and those of the settings that it uses: what a pack states of how it was made."""
-    return {"method": method, **{name: value for name, value in settings.items() if name in USED[method]}}
+    """The method, and those of the settings that it uses, but for what is off: what a pack states of its making."""
+    used = {name: value for name, value in settings.items() if name in USED[method] and value is not False}
+    return {"method": method, **used}

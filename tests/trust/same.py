@@ -19,6 +19,7 @@ METHODS = {
     "refined": (),
     "paper": ("--method", "paper", "--masks", "6", "--restarts", "3"),
     "pca": ("--method", "pca"),
+    "masks": ("--method", "masks", "--masks", "6"),
 }
 LIBRARIES = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 # Threads, order of files (0 for the system's), and folder of each run. The first is what all others must equal.
