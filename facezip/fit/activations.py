@@ -82,7 +82,7 @@ def fit_activations(
     """The activations ``(N, K, R)`` of masks that all tiles share, the largest of each layer scaled to 1.
 
     The size of a layer is free, since its difference textures are fitted to it: scaled so, activations that are not
-    negative lie in 0..1. Of those the largest under each mask is near 1, so that textures are no larger than they need be.
+    negative lie in 0..1. Of those the largest under each mask is near 1, so that no texture is larger than it need be.
 
     Parameters
     ----------
