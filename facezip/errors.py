@@ -48,6 +48,7 @@ class ErrorCode(StrEnum):
     BAD_VALUE = "bad-value"
     OUT_OF_REACH = "out-of-reach"
     NO_LLVM = "no-llvm"
+    NO_GPU = "no-gpu"
     NO_SCHEDULER = "no-scheduler"
     WORKER_LOST = "worker-lost"
     CANNOT_WRITE = "cannot-write"

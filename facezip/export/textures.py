@@ -74,8 +74,9 @@ def _write_images(sheet: Sheet, folder: Path, form: Format) -> Document:
     """What is measured of each map."""
     for name, image in zip(sheet.textures, sheet.images(), strict=True):
         if _is_halved(image, form):
-            write_texture(folder / f"{name}{LOW}{form.suffix}", (image & 255).astype(np.uint8))
-            image = (image >> 8).astype(np.uint8)
+            # The lower byte lies first.
+            low, image = np.moveaxis(image.astype("<u2")[..., None].view(np.uint8), -1, 0)
+            write_texture(folder / f"{name}{LOW}{form.suffix}", low)
         write_texture(folder / f"{name}{form.suffix}", image)
     part, pyramid = sheet.dequantised(), Pyramid(sheet.fill)
     plain = list(averaged_levels(sheet, part, pyramid, raw(CHANNELS)))
