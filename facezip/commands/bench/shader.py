@@ -50,12 +50,12 @@ def command(resolution: int, counts: tuple[int, ...], device: int | None, repeat
 
 
 def _lines(document: Mapping[str, Any]) -> list[str]:
-    device, few = document["device"], document["few"]
+    device, few, about = document["device"], document["few"], document["conditions"]
     kind = "software, on the processor: no GPU was measured" if device["software"] else "GPU"
     lines = [f"{device['renderer']} ({kind}), OpenGL {device['version']}, EGL's device {device['index']}"]
     others = [one for one in document["devices"] if one["index"] != device["index"]]
     lines += [f"  also here: device {one['index']}, {_state(one)}" for one in others]
-    lines.append(f"{document['resolution']}² pixels, one texel each; {document['conditions']['statistic']}")
+    lines.append(f"{document['resolution']}² pixels, one texel each; {about['statistic']}, by {about['timer']}")
     for row in document["rows"]:
         ours, theirs = megabytes(row["bytes"]), megabytes(row["bytes_textures"])
         lines += [

@@ -43,6 +43,7 @@ await build({
   outdir: "bundle/three/three",
   minify: true,
   splitting: true,
+  chunkNames: "three.[hash]",
 });
 await copyFile("three/facezip.d.ts", "bundle/three/facezip.d.ts");
 await copyFile("node_modules/three/LICENSE", "bundle/three/three/LICENSE");
