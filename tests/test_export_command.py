@@ -217,7 +217,8 @@ def test_guides_state_the_settings_that_break_a_blend(either):
     target, folder = either
     guide = (folder / "GUIDE.md").read_text(encoding="utf-8").lower()
     assert "| neutral, differences |" in guide
-    assert "| weights |" in guide
+    assert "| weights" in guide
+    assert all(f"gains.{kind}" in guide for kind in ("maps", "expressions", "regions"))
     assert all(word in guide for word in ("srgb", "mip-maps", "repeat" if target == "godot" else "clamp"))
     assert len(guide.splitlines()) < 60
 

@@ -122,12 +122,13 @@ void main() {{
 }}"""),
             self._program(f"""{text}
 uniform sampler2DArray all_maps;
+uniform int at_work, layers[{count}];
 uniform float values[{count}];
 void main() {{
     vec2 at = {uv};
     vec3 neutral = texture(all_maps, vec3(at, 0.0)).rgb, sum = neutral;
-    for (int n = 0; n < {count}; n++) {{
-        if (values[n] != 0.0) sum += values[n] * (texture(all_maps, vec3(at, float(n + 1))).rgb - neutral);
+    for (int k = 0; k < at_work; k++) {{
+        sum += values[k] * (texture(all_maps, vec3(at, float(layers[k]))).rgb - neutral);
     }}
     result = vec4(facezip_linear(clamp(sum, 0.0, 1.0)), 1.0);
 }}"""),
@@ -171,9 +172,12 @@ void main() {{
         return texture
 
     def show(self, weights: NDArray[np.float32]) -> None:
-        """Set β, ``(N,)``."""
-        for program in (self._prepass, self._textures):
-            program["values"] = weights.tolist()
+        """Set β, ``(N,)``; only textures of weights other than 0 are at work."""
+        self._prepass["values"] = weights.tolist()
+        order = np.argsort(weights == 0, kind="stable")
+        self._textures["at_work"] = int(np.count_nonzero(weights))
+        self._textures["layers"] = (order + 1).tolist()
+        self._textures["values"] = weights[order].tolist()
 
     def passes(self) -> Mapping[str, Pass]:
         """By name what can be timed: the ``prepass``, the ``blend`` of six fetches, and the ``textures``."""
