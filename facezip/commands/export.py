@@ -83,7 +83,7 @@ def command(
 
     DIR/facezip.json names every file and holds the numbers that turn texels into values; docs/engines.md explains it.
     Of several maps all are written, of several UDIM tiles each into a folder of its number.
-    For web it is the viewer as one HTML file that opens from disk.
+    For three there is a module, with an example page; for web it is the viewer as one HTML file that opens from disk.
     """
     given: dict[str, Any] = {"textures": textures, "character": character, "maps": maps, "region": region}
     given = {name: value for name, value in given.items() if value}
