@@ -63,7 +63,7 @@ def _lines(document: Mapping[str, Any]) -> list[str]:
             f"    pre-pass and {row['fetches']} fetches  {row['facezip_ms']:10.4f} ms  "
             f"({row['prepass_ms']:.4f} and {row['blend_ms']:.4f})",
             f"    every texture at work   {row['textures_ms']:10.4f} ms  FaceZip takes {row['ratio']:.2f} of it",
-            f"    {few} of them at work     {row['textures_few_ms']:10.4f} ms  {row['ratio_few']:.2f}",
+            f"    {min(few, row['expressions'])} of them at work     {row['textures_few_ms']:10.4f} ms  {row['ratio_few']:.2f}",
         ]
     return lines
 
