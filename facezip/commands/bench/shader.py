@@ -58,12 +58,13 @@ def _lines(document: Mapping[str, Any]) -> list[str]:
     lines.append(f"{document['resolution']}² pixels, one texel each; {about['statistic']}, by {about['timer']}")
     for row in document["rows"]:
         ours, theirs = megabytes(row["bytes"]), megabytes(row["bytes_textures"])
+        some = min(few, row["expressions"])
         lines += [
             f"  {row['expressions']} expressions, {ours} instead of {theirs}",
             f"    pre-pass and {row['fetches']} fetches  {row['facezip_ms']:10.4f} ms  "
             f"({row['prepass_ms']:.4f} and {row['blend_ms']:.4f})",
             f"    every texture at work   {row['textures_ms']:10.4f} ms  FaceZip takes {row['ratio']:.2f} of it",
-            f"    {min(few, row['expressions'])} of them at work     {row['textures_few_ms']:10.4f} ms  {row['ratio_few']:.2f}",
+            f"    {some} of them at work     {row['textures_few_ms']:10.4f} ms  {row['ratio_few']:.2f}",
         ]
     return lines
 
