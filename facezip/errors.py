@@ -50,6 +50,7 @@ class ErrorCode(StrEnum):
     OUT_OF_REACH = "out-of-reach"
     NOTHING_TO_SEE = "nothing-to-see"
     NO_LLVM = "no-llvm"
+    NO_GPU = "no-gpu"
     NO_SCHEDULER = "no-scheduler"
     WORKER_LOST = "worker-lost"
     CANNOT_WRITE = "cannot-write"

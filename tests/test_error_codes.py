@@ -11,6 +11,7 @@ from facezip import ErrorCode, FaceZipError, choose, compress
 from facezip.batch.processes import ProcessWorkers
 from facezip.batch.workers import crew
 from facezip.character.loading import load_character, save_character
+from facezip.export.opengl import opened
 from facezip.files.images import read_texture, write_texture
 from facezip.files.obj import MAX_BYTES, read_obj, write_obj
 from facezip.pack.read import read_pack
@@ -53,6 +54,11 @@ def other_topology(place):
     save_character(SCANS, place / "scans")
     write_obj(place / "scans" / "expr_1.obj", np.zeros((16, 3), np.float32), grid_topology(4))
     load_character(place / "scans")
+
+
+def no_such_device():
+    with opened(index=1000):
+        pass
 
 
 def damaged(place):
@@ -117,6 +123,7 @@ CASES = {
     ErrorCode.BAD_VALUE: lambda place: random_model().blend({"expr_0": float("inf")}),
     ErrorCode.OUT_OF_REACH: lambda place: choose(SCANS, budget_bytes=1),
     ErrorCode.NO_LLVM: no_llvm,
+    ErrorCode.NO_GPU: lambda _: no_such_device(),
     ErrorCode.NO_SCHEDULER: lambda _: nobody_at_the_address(),
     ErrorCode.WORKER_LOST: lambda _: process_that_ends_itself(),
     ErrorCode.CANNOT_WRITE: written_twice,

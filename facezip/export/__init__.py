@@ -5,6 +5,7 @@ from typing import Any
 
 from facezip.export.gltf import export_gltf
 from facezip.export.godot import export_godot
+from facezip.export.three import export_three
 from facezip.export.unity import export_unity
 from facezip.export.unreal import export_unreal
 from facezip.export.web import export_web
@@ -15,5 +16,6 @@ TARGETS: dict[str, Callable[..., dict[str, Any]]] = {
     "unity": export_unity,
     "unreal": export_unreal,
     "godot": export_godot,
+    "three": export_three,
     "web": export_web,
 }
