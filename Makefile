@@ -21,7 +21,7 @@ engines: .venv/ready .venv-engines/ready
 	$(BIN)/python -m tests.engines.figures out/demo/character.facezip
 	$(BIN)/python -m tests.engines.judge out/demo
 
-# Damage, kills, size claims, hostile names, mutants and fuzzing, as one table: ten minutes.
+# Damage, kills, power cuts, refused calls, size claims, hostile names, mutants and fuzzing, as one table: 20 minutes.
 trust: .venv/ready
 	$(BIN)/python -m tests.trust
 

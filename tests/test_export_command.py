@@ -19,11 +19,14 @@ from facezip.export import TARGETS
 from facezip.files.images import read_texture_exactly
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
+from facezip.viewer.build import BUNDLE
 from tests.facezip.conftest import ALBEDO_KEY
 from tests.facezip.export.conftest import layered_model, smooth_model
+from tests.facezip.export.gains import regions_in
 
 # The page for browsers has tests of its own: tests/browser and tests/test_view_command.py.
-ENGINES = [name for name in TARGETS if name != "web"]
+BUILT = pytest.mark.skipif(not (BUNDLE / "three").is_dir(), reason="the viewer is not built; run 'make viewer'")
+ENGINES = {name: BUILT if name == "three" else () for name in TARGETS if name != "web"}
 NASTY = ("<img src=x onerror=alert(1)>", "$(touch owned)", '";DROP', "`id`", "sourire à 50 %")
 
 
@@ -58,13 +61,20 @@ def layered(tmp_path_factory):
     return path
 
 
-@pytest.fixture(scope="module", params=ENGINES)
+@pytest.fixture(scope="module", params=[pytest.param(name, marks=marks) for name, marks in ENGINES.items()])
 def exported(request, pack):
     TARGETS[request.param](pack, pack.parent / request.param)
     return request.param, pack.parent / request.param
 
 
-@pytest.fixture(scope="module", params=[(target, which) for target in ENGINES for which in ("pack", "layered")])
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param((target, which), marks=marks, id=f"{target}-{which}")
+        for target, marks in ENGINES.items()
+        for which in ("pack", "layered")
+    ],
+)
 def either(request):
     """An export of one albedo, or of several maps on two tiles."""
     target, which = request.param
@@ -161,6 +171,10 @@ def test_wrong_calls_are_one_line_and_write_nothing(pack, tmp_path, run):
     calls = {
         ("--to", "nowhere", "-o", tmp_path / "x"): ExitCode.USAGE,
         ("--to", "unreal", "--textures", "dds", "-o", tmp_path / "x"): ExitCode.BAD_INPUT,
+        ("--to", "three", "--maps", "together", "-o", tmp_path / "x"): ExitCode.BAD_INPUT,
+        ("--to", "unity", "--region", "chin=none.png", "-o", tmp_path / "x"): ExitCode.BAD_INPUT,
+        ("--to", "unity", "--region", "chin", "-o", tmp_path / "x"): ExitCode.USAGE,
+        ("--to", "unity", "--region", "a=b", "--region", "a=c", "-o", tmp_path / "x"): ExitCode.USAGE,
         ("--to", "unity", "-o", tmp_path / "photos", "--overwrite"): ExitCode.CANNOT_WRITE,
         ("--to", "unity", "-o", "/proc/nowhere/x"): ExitCode.CANNOT_WRITE,
     }
@@ -208,13 +222,16 @@ def test_guides_state_the_settings_that_break_a_blend(either):
     target, folder = either
     guide = (folder / "GUIDE.md").read_text(encoding="utf-8").lower()
     assert "| neutral, differences |" in guide
-    assert "| weights |" in guide
+    assert "| weights" in guide
+    assert all(f"gains.{kind}" in guide for kind in ("maps", "expressions", "regions"))
     assert all(word in guide for word in ("srgb", "mip-maps", "repeat" if target == "godot" else "clamp"))
     assert len(guide.splitlines()) < 60
 
 
-OPTIONS_OF_OTHERS = {"--textures": "web png", "--maps": "web apart", "--memory": "web 1G", "--character": "unity scans"}
-OPTIONS_OF_OTHERS["--animation"] = "blender frames.csv"
+OPTIONS_OF_OTHERS = {
+    "--textures": "web png", "--maps": "web apart", "--memory": "web 1G", "--character": "unity scans",
+    "--region": "web chin=a.png", "--animation": "blender frames.csv",
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("option", OPTIONS_OF_OTHERS)
@@ -280,3 +297,12 @@ def test_a_missing_animation_is_named(run, pack, tmp_path):
     code, _, error = run("export", pack, "--to", "usd", "--animation", tmp_path / "none.csv", "-o", tmp_path / "out")
     assert code == ExitCode.BAD_INPUT
     assert "none.csv" in error
+
+
+def test_regions_are_given_by_name(run, pack, tmp_path):
+    regions = regions_in(tmp_path)
+    words = [word for name, file in regions.items() for word in ("--region", f"{name}={file}")]
+    code, out, error = run("export", pack, "--to", "godot", *words, "-o", tmp_path / "out", "--json")
+    assert (code, error) == (0, "")
+    assert json.loads(out)["gains"]["regions"] == list(regions)
+    assert (tmp_path / "out" / "regions.png").is_file()

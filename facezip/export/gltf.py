@@ -25,7 +25,9 @@ JOINT = "head_joint"
 BASIS_EXTENSION = "KHR_texture_basisu"
 
 
-def write_glb(source: Source, file: Path, basis: Path | None = None, jointed: bool = False) -> None:
+def write_glb(
+    source: Source, file: Path, basis: Path | None = None, jointed: bool = False, pictured: bool = True
+) -> None:
     """Write the geometry with its morph targets, and the neutral as its material, as one GLB.
 
     Parameters
@@ -34,16 +36,20 @@ def write_glb(source: Source, file: Path, basis: Path | None = None, jointed: bo
     file : to write.
     basis : the folder of an export whose albedo is KTX2, which then is the material's colour; else it is PNG.
     jointed : whether the head hangs on one joint, for programs that keep morph targets of skinned meshes alone.
+    pictured : whether the neutral comes along; else materials are names.
     """
     glb = start(source.name)
     primitives = add_mesh(glb, source.name, source.meshes, source.expressions, source.charts)
     if jointed:
         _add_joint(glb, primitives)
-    glb.document |= {"samplers": CLAMPED, "textures": [], "materials": []}
+    glb.document |= {"samplers": CLAMPED, "textures": []} if pictured else {}
+    glb.document["materials"] = []
     for tile in source.tiles:
         several = f"_{tile.layout.number}" if len(source.tiles) > 1 else ""
         albedo = source.folder_of(tile, basis) / "neutral.ktx2" if basis else None
-        glb.document["materials"].append(_material(glb, tile, f"neutral{several}", several, albedo))
+        name = f"neutral{several}"
+        material = _material(glb, tile, name, several, albedo) if pictured else {"name": name}
+        glb.document["materials"].append(material)
     if basis:
         glb.document |= {key: [BASIS_EXTENSION] for key in ("extensionsUsed", "extensionsRequired")}
     glb.finish().write(file)
