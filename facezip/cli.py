@@ -85,14 +85,15 @@ def main() -> None:
         status = _answered("usage", error.format_message(), error.exit_code)
     except FaceZipError as error:
         status = _refused(error.code, str(error), error.exit_code)
+    # Before the next: an Abort is a RuntimeError.
+    except (click.Abort, KeyboardInterrupt):
+        muted_stderr.end()
+        status = _refused("interrupted", "interrupted; every output is as it was, or complete", 130)
     except (MemoryError, RuntimeError) as error:
         if isinstance(error, RuntimeError) and NO_THREAD not in str(error):
             raise
         message = "not enough memory; use smaller textures or a larger machine"
         status = _refused("out-of-memory", message, ExitCode.BAD_INPUT)
-    except (click.Abort, KeyboardInterrupt):
-        muted_stderr.end()
-        status = _refused("interrupted", "interrupted; every output is as it was, or complete", 130)
     sys.exit(int(status or ExitCode.DONE))
 
 
