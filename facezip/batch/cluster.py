@@ -3,7 +3,7 @@
 import asyncio
 import logging
 from collections.abc import Iterator
-from concurrent.futures import Executor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any
 
@@ -43,7 +43,9 @@ def cluster(address: str) -> Iterator[Executor]:
 def _check_answer(address: str) -> None:
     """Ask who is there: a client would wait for ever for the greeting of what is no scheduler."""
     try:
-        answer = asyncio.run(asyncio.wait_for(_identity(address), PATIENCE))
+        # In a thread of its own: notebooks have a loop that runs already.
+        with ThreadPoolExecutor(1) as asking:
+            answer = asking.submit(lambda: asyncio.run(_identity(address))).result()
     except TimeoutError:
         raise _refusal(address, f"nothing there has answered as a dask scheduler in {PATIENCE} s") from None
     except MemoryError:
@@ -61,7 +63,8 @@ async def _identity(address: str) -> dict[str, Any]:
     from distributed.core import rpc
     from distributed.security import Security
 
-    async with rpc(address, timeout=REACH, connection_args=Security().get_connection_args("client")) as there:
+    asked = rpc(address, timeout=REACH, connection_args=Security().get_connection_args("client"))
+    async with asyncio.timeout(PATIENCE), asked as there:
         answer: dict[str, Any] = await there.identity()
     return answer
 
