@@ -7,6 +7,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
+from facezip.cleaning.steps import STEPS
 from facezip.commands import options
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.fit.pipeline import Request
@@ -24,7 +25,23 @@ DEFAULTS: dict[str, Any] = {
     "importance": None,
     "map_weights": (),
     "keep_floats": False,
+    "clean": (),
 }
+ALL = "all"
+
+
+def _steps(context: click.Context, option: click.Parameter, value: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(step for step in STEPS if step in value or ALL in value)
+
+
+clean = click.option(
+    "--clean",
+    type=click.Choice([*STEPS, ALL]),
+    multiple=True,
+    callback=_steps,
+    help="Before the fit, move textures onto the neutral's, even out their exposure, make the neutral of all scans, or "
+    "all three; says what it did. May be given several times.  [default: none]",
+)
 
 
 def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -47,6 +64,7 @@ def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option(
             "--map-weight", "map_weights", multiple=True, metavar="MAP=W", help="How much a map counts.  [default: 1]"
         ),
+        clean,
         click.option("--float", "keep_floats", is_flag=True, help="Keep floats outside 0..1, with their range."),
         _setting("masks", "K", "Masks on the face (paper)."),
         _setting("restarts", "N", "Random starts of the stitching (paper)."),
@@ -61,7 +79,7 @@ def request_of(given: Mapping[str, Any]) -> Request:
     """The request that the values of :data:`DEFAULTS` make; ``BAD_VALUE`` where a map's weight is none."""
     settings = Settings(**{name: given[name] for name in SETTINGS})
     weights = _map_weights(given["map_weights"])
-    rest = {name: given[name] for name in ("method", *GOALS, "importance", "keep_floats")}
+    rest = {name: given[name] for name in ("method", *GOALS, "importance", "keep_floats", "clean")}
     return Request(settings=settings, map_weights=weights, **rest)
 
 

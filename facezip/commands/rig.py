@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from facezip.commands import options
-from facezip.commands.fit_options import STREAMED
+from facezip.commands.fit_options import STREAMED, clean
 from facezip.commands.words import megabytes
 from facezip.fit.settings import USED
 from facezip.machine.memory import beside, limited
@@ -31,6 +31,7 @@ from facezip.rigging.rigged import MAPS
     help="How the textures are compressed.",
 )
 @click.option("--maps", type=click.Choice(MAPS), default=MAPS[0], show_default=True, help="Weight maps of the shapes.")
+@clean
 @options.seed
 @options.memory
 @options.overwrite
@@ -42,13 +43,18 @@ def command(
 
     TEMPLATE holds neutral.obj and NAME.obj per shape, such as ARKit's 52, on any identity in CHARACTER's topology; it
     needs no textures. DIR then holds shapes/, the pack NAME.facezip whose expressions are the shapes, with every map
-    and UDIM tile of CHARACTER, and rig.json: what every scan is made of, and how well.
+    and UDIM tile of CHARACTER, rig.json: what every scan is made of, how well, and what scans show of each shape; and a
+    picture of that, evidence.png. Where scans do not show a shape's texture, or disagree on it, it stays the neutral's.
+
+    On scans as they come from a capture, --clean all brings all textures nearer to the truth.
     """
+    from reports.evidence import write_evidence
+
     request = RigRequest(**given)
     if memory is not None and request.method not in STREAMED:
         raise click.UsageError("--memory needs --method refined: the paper's holds all textures")
     with limited(memory, beside(output)):
-        answer = {"output": str(output), **rig_into(character, template, output, request, overwrite)}
+        answer = {"output": str(output), **rig_into(character, template, output, request, overwrite, write_evidence)}
     options.answer(answer, as_json, lambda: _lines(answer))
 
 

@@ -10,6 +10,7 @@ from facezip.character.alignment import alignments, worst_of
 from facezip.character.loading import load_character
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
+from facezip.cleaning.steps import clean
 from facezip.files.values import read_values
 from facezip.files.writing import check_target
 from facezip.fit.choice import Choice, choose
@@ -36,6 +37,7 @@ class Request:
     importance : an image of how much a texel's error counts, or a folder of them, by map and tile.
     map_weights : how much a map counts.
     keep_floats : whether floats outside [0, 1] are kept, with their range.
+    clean : those of :data:`facezip.cleaning.steps.STEPS` that are taken before the fit.
     """
 
     method: str = "refined"
@@ -45,6 +47,7 @@ class Request:
     importance: Path | None = None
     map_weights: Mapping[str, float] = field(default_factory=dict)
     keep_floats: bool = False
+    clean: tuple[str, ...] = ()
 
     @property
     def goals(self) -> dict[str, float]:
@@ -58,6 +61,8 @@ class Request:
         stated = made_with(self.method, asdict(self.settings)) | self.goals
         if self.map_weights:
             stated["map_weights"] = dict(self.map_weights)
+        if self.clean:
+            stated["clean"] = list(self.clean)
         return stated if self.importance is None else {**stated, "importance": self.importance.name}
 
 
@@ -68,7 +73,9 @@ def compress_into(
     overwrite: bool = False,
     warn: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Any]:
-    """Load, check, fit, write, measure; what was written, as ``facezip compress --json`` says it.
+    """Load, clean, check, fit, write, measure; what was written, as ``facezip compress --json`` says it.
+
+    Errors are those to the scans as they were fitted: clean ones, where that was asked for.
 
     Parameters
     ----------
@@ -84,7 +91,8 @@ def compress_into(
     start = perf_counter()
     request.settings.check(request.method)
     check_target(output, overwrite, is_pack)
-    scans = load_character(character, keep_floats=request.keep_floats)
+    cleaned = clean(load_character(character, keep_floats=request.keep_floats), request.clean)
+    scans = cleaned.character
     off = misregistered(scans)
     if off:
         warn(registration_warning(character, off))
@@ -101,6 +109,8 @@ def compress_into(
     document = write_measured(scans, model, output, overwrite, stated)
     if choice:
         document |= {"choice": {"reason": choice.reason, "tried": [asdict(trial) for trial in choice.tried]}}
+    if request.clean:
+        document["cleaning"] = cleaned.facts
     return {**document, "pack": str(output), "misregistered": off, "seconds": round(perf_counter() - start, 3)}
 
 
