@@ -48,7 +48,12 @@ def rig(folders, name, *options):
 
 
 def test_the_folder_holds_shapes_document_and_pack(answer, folders):
-    assert sorted(path.name for path in (folders / "out").iterdir()) == ["rig.json", "scans.facezip", "shapes"]
+    assert sorted(path.name for path in (folders / "out").iterdir()) == [
+        "evidence.png",
+        "rig.json",
+        "scans.facezip",
+        "shapes",
+    ]
     assert sorted(path.stem for path in (folders / "out/shapes").iterdir()) == sorted(["neutral", *SHAPES])
     stored = json.loads((folders / "out/rig.json").read_text(encoding="utf-8"))
     assert {**stored, "output": answer["output"]} == answer

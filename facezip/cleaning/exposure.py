@@ -1,7 +1,7 @@
 """Exposure and white balance: a factor a scan and channel, found where no expression moves, and evened out.
 
-A gain of the light multiplies encoded values alike, nearly. No scan's exposure is the right one, the neutral's
-neither: all scans, and the neutral, come to the mean of what they have.
+A gain of the light multiplies encoded values alike, nearly. All scans come to the exposure of the neutral; unless the
+scans together show that the neutral's is off itself: then all come to the mean of what they have.
 """
 
 from dataclasses import replace
@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import trim_mean
 
 from facezip.character.raster import rasterise
 from facezip.character.scans import Character, Stack
@@ -23,8 +22,10 @@ STILL = 0.03
 FEWEST = 0.05
 # Iterations of the reweighted least squares (Geman and McClure's weights), and their width in standard deviations.
 ITERATIONS, WIDTH = 12, 2.0
-# Of the scans' factors, the part at either end that does not count for their mean.
-TRIMMED = 0.1
+# An exposure farther from the median than so many standard deviations of all is a fault, and does not count.
+FAULTY = 3.0
+# The neutral's is off where the mean of all is farther away than so many of its standard errors.
+OFF = 2.0
 # A factor is one where it moves no texel of 8 bits to another value.
 LEAST = 0.5 / 255
 
@@ -84,7 +85,12 @@ def _relative(gains: NDArray[np.float64]) -> NDArray[np.float64]:
     """``(1 + N, C)``, the neutral's first: over the common exposure, and 1 where there is nothing to see."""
     logs = np.log(np.concatenate([np.ones((1, gains.shape[1])), np.maximum(gains, LEAST)]))
     logs[(np.abs(np.expm1(logs)) < LEAST).all(axis=1)] = 0
-    over = np.exp(logs - trim_mean(logs, TRIMMED, axis=0))
+    apart = np.abs(logs - np.median(logs, axis=0)).max(axis=1)
+    sound = apart <= FAULTY * 1.4826 * np.median(apart)
+    mean, spread = logs[sound].mean(axis=0), logs[sound].std(axis=0)
+    if np.square(mean).sum() <= OFF**2 * np.square(spread).sum() / np.count_nonzero(sound):
+        mean = np.zeros_like(mean)
+    over = np.exp(logs - mean)
     over[(np.abs(over - 1) < LEAST).all(axis=1)] = 1
     return over
 

@@ -8,7 +8,7 @@ import click
 
 from facezip.commands import options
 from facezip.commands.fit_options import STREAMED, clean
-from facezip.commands.words import megabytes
+from facezip.commands.words import cleaning_words, megabytes
 from facezip.fit.settings import USED
 from facezip.machine.memory import beside, limited
 from facezip.pack.facts import several
@@ -68,9 +68,20 @@ def _lines(answer: Mapping[str, Any]) -> list[str]:
     return [
         f"{answer['output']}: {len(answer['shapes'])} shapes from {len(fit)} scans, rigged in "
         f"{answer['seconds']['rig']:.1f} s of {answer['seconds']['total']:.1f} s",
+        *(f"  cleaned  {line}" for line in cleaning_words(answer.get("cleaning", {}))),
         f"  fit      worst scan {worst}: {left:.3g} left of {size:.3g} (RMS displacement, the mesh's unit)",
         f"  B        rank {answer['rank']} of {len(fit)}, condition {answer['condition']:.3g}",
         f"  unseen   {len(unseen)} shapes hardly in any scan: nearly the template's motion and the neutral's texture"
         + (f": {', '.join(unseen)}" if unseen else ""),
+        f"  shown    {_shown(answer)}",
         f"  pack     {pack['path']}, {gpu}",
     ]
+
+
+def _shown(answer: Mapping[str, Any]) -> str:
+    """How many shapes' textures scans determine, at least by half."""
+    shares = [found["shown"] for found in answer["evidence"].values() if "shown" in found]
+    if not shares:
+        return "nothing is known of the textures of pseudo-inverse maps"
+    half = sum(share >= 0.5 for share in shares)
+    return f"scans determine the texture of {half} of {len(shares)} shapes by half or more (evidence.png)"

@@ -25,10 +25,11 @@ class Agreement:
         self._size = size
 
     @property
-    def rounding(self) -> float:
-        """The least variance that noise can have: of both textures' rounding."""
+    def least(self) -> float:
+        """The least variance that noise can have, > 0: of both textures' rounding."""
         steps = [0.0 if stack.neutral.dtype.kind == "f" else float(stack.scale) for stack in self._stacks]
-        return float(sum(factor * step**2 / 6 for factor, step in zip(self._factors, steps, strict=True)))
+        rounding = sum(factor * step**2 / 6 for factor, step in zip(self._factors, steps, strict=True))
+        return max(float(rounding), float(np.finfo(np.float32).tiny))
 
     def rows(self, top: int, bottom: int) -> NDArray[np.float64]:
         """``(rows, w, N, N)``: means over the values of a texel's footprint."""

@@ -9,8 +9,8 @@ strains the place, ρ k is small against the noise and its change shrinks to non
 In the basis of Q⁻¹ᐟ² K Q⁻¹ᐟ² the likelihood, with s at its best, needs eigenvalues and the diagonal of S alone.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,10 +19,12 @@ from numpy.typing import NDArray
 from facezip.character.raster import Raster
 from facezip.character.scans import Character
 from facezip.machine import memory
-from facezip.machine.rows import map_rows
+from facezip.machine.rows import map_rows, sum_rows
 from facezip.rigging.agreement import Agreement, energies
 from facezip.rigging.likeness import Likeness, Poses
 
+# How much poses that are alike as a whole may share, beside the strain of a place; one row of so many tells which.
+SHARES, THINNED = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0), 4
 # Of 8 bits, from the smallest to the largest weight.
 STEPS = 255
 # Strengths of the process over the noise that are tried; nothing besides.
@@ -38,12 +40,14 @@ class Filter(NamedTuple):
     evidence : ``(T, M)`` in [0, 1]: the part of a shape's prior variance that scans take away.
     variance : ``(T, M)``, of a shape's change before any scan was seen, in the unit of the products.
     strength : ``(T,)``, the ratio ρ.
+    likelihood : ``(T,)``, the logarithm of the products' likelihood, per scan and value.
     """
 
     shares: NDArray[np.float64]
     evidence: NDArray[np.float64]
     variance: NDArray[np.float64]
     strength: NDArray[np.float64]
+    likelihood: NDArray[np.float64]
 
 
 def wiener(likeness: Likeness, products: NDArray[np.float64], least: float) -> Filter:
@@ -72,7 +76,7 @@ def wiener(likeness: Likeness, products: NDArray[np.float64], least: float) -> F
     shares = (turned * gain[:, None]) @ np.swapaxes(vectors, 1, 2)
     explained = (turned**2 * gain[:, None]).sum(axis=2)
     evidence = np.clip(explained / np.maximum(likeness.shapes, np.finfo(float).tiny), 0, 1)
-    return Filter(shares, evidence, (noise * strength)[:, None] * likeness.shapes, strength)
+    return Filter(shares, evidence, (noise * strength)[:, None] * likeness.shapes, strength, best)
 
 
 def _whitening(count: int) -> NDArray[np.float64]:
@@ -100,23 +104,42 @@ class Estimate:
 
 
 def estimate(character: Character, poses: Poses, weights: Mapping[int, NDArray[np.float32]]) -> dict[int, Estimate]:
-    """By tile, of the scans' weight maps ``(N, h, w, R)``."""
+    """By tile, of the scans' weight maps ``(N, h, w, R)``; the share of ``poses.whole`` is the likeliest of all."""
     found = energies(character)
     # Over all maps, each of whose changes count one in sum.
     unit = 255 * np.sqrt(found[character.maps[0].name] / len(character.maps))
-    return {
-        tile: _on_tile(
+    seen = {
+        tile: (
             Agreement(character, tile, maps.shape[1:3], found),
-            poses,
             poses.on(character.chart(tile), maps.shape[1:3]),
-            maps,
-            float(unit),
         )
         for tile, maps in weights.items()
     }
+    best = likeliest(poses, seen.values())
+    return {tile: _on_tile(*seen[tile], best, maps, float(unit)) for tile, maps in weights.items()}
 
 
-def _on_tile(agreement: Agreement, poses: Poses, raster: Raster, weights: NDArray[np.float32], unit: float) -> Estimate:
+def likeliest(poses: Poses, seen: Collection[tuple[Agreement, Raster]]) -> Poses:
+    """The poses with that of :data:`SHARES` under which the scans' products on all tiles are likeliest."""
+    choices = [replace(poses, share=share) for share in SHARES]
+    likelihoods = [sum(_likelihood(one, *tile) for tile in seen) for one in choices]
+    return choices[int(np.argmax(likelihoods))]
+
+
+def _likelihood(poses: Poses, agreement: Agreement, raster: Raster) -> float:
+    """Over some rows of a tile: enough to tell."""
+
+    def block(top: int, bottom: int) -> NDArray[np.float64]:
+        total = 0.0
+        for row in range(top, bottom, THINNED):
+            products = agreement.rows(row, row + 1)[0]
+            total += float(wiener(poses.likeness(raster, row), products, agreement.least).likelihood.sum())
+        return np.array(total)
+
+    return float(sum_rows(block, len(raster.face)))
+
+
+def _on_tile(agreement: Agreement, raster: Raster, poses: Poses, weights: NDArray[np.float32], unit: float) -> Estimate:
     _, height, width, slots = weights.shape
     shapes = poses.strain.shape[1] - len(weights)
     out = Estimate(
@@ -125,12 +148,11 @@ def _on_tile(agreement: Agreement, poses: Poses, raster: Raster, weights: NDArra
         memory.empty((shapes, height, width), np.float32),
         memory.empty((height, width), np.float32),
     )
-    least = max(agreement.rounding, float(np.finfo(np.float32).tiny))
 
     def rows(top: int, bottom: int) -> None:
         products = agreement.rows(top, bottom)
         for row in range(top, bottom):
-            made = wiener(poses.likeness(raster, row), products[row - top], least)
+            made = wiener(poses.likeness(raster, row), products[row - top], agreement.least)
             out.weights[:, row] = np.einsum("tmn,ntr->mtr", made.shares, weights[:, row], optimize=True)
             out.evidence[:, row] = made.evidence.T
             out.expected[:, row] = unit * np.sqrt(made.variance.T)

@@ -3,6 +3,8 @@
 The change of a pose's texture at a place is taken for a Gaussian process over poses with two parts, of equal variance
 for a shape: what skin does under this strain, whoever's motion it is, and what only this shape does. Poses that strain
 a place alike in the same direction so share what they show of it; where a pose strains nothing, nothing is expected.
+Pictures with light and shade in them change far from any strain: a third part, whose share scans themselves determine,
+is what comes with poses that are alike as a whole.
 """
 
 from dataclasses import dataclass
@@ -44,10 +46,14 @@ class Poses:
     ----------
     strain : ``(V, N + M, 12)`` float32, scans first (:func:`facezip.rigging.strain.strains`).
     weights : ``(N, M)``, what shapes are in every scan (equation 9).
+    whole : ``(N + M, N + M)``, products of all displacements, in the mean of the scans' squares.
+    share : how much ``whole`` counts, everywhere alike.
     """
 
     strain: NDArray[np.float32]
     weights: NDArray[np.float64]
+    whole: NDArray[np.float64]
+    share: float = 0.0
 
     @classmethod
     def of(
@@ -64,7 +70,10 @@ class Poses:
         """
         found = strains(neutral, neutral + np.concatenate([scans, shapes]), faces)
         size = np.sqrt(np.mean(np.square(found[:, : len(scans)], dtype=np.float64).sum(axis=2)))
-        return cls(found / np.float32(max(size, np.finfo(np.float32).tiny)), weights)
+        flat = np.concatenate([scans, shapes]).reshape(len(scans) + len(shapes), -1).astype(np.float64)
+        whole = flat @ flat.T
+        mean = max(float(np.mean(np.diag(whole)[: len(scans)])), np.finfo(float).tiny)
+        return cls(found / np.float32(max(size, np.finfo(np.float32).tiny)), weights, whole / mean)
 
     def on(self, topology: Topology, size: tuple[int, int]) -> Raster:
         """Where the texels of a map of ``size`` lie on the mesh; those beside the chart look at their nearest."""
@@ -80,10 +89,12 @@ class Poses:
         alone = variances if self.weights.shape[1] else np.zeros((len(strain), 0))
         own = alone[:, :, None] * self.weights.T
         believed = np.square(self.weights.T) / (np.square(self.weights.T) + WEIGHT_ERROR**2)
-        among = scans @ np.swapaxes(scans, 1, 2) + self.weights @ own
+        whole = self.share * self.whole
+        among = scans @ np.swapaxes(scans, 1, 2) + self.weights @ own + whole[:count, :count]
         among[:, range(count), range(count)] *= 1 + UNEXPLAINED
         # What a strain does is known as far as scans have strained the place: nothing is drawn out beyond.
         farthest = np.square(scans).sum(axis=2).max(axis=1)[:, None]
         within = np.sqrt(np.minimum(farthest / np.maximum(variances, np.finfo(float).tiny), 1))
-        between = (within[..., None] * shapes) @ np.swapaxes(scans, 1, 2)
-        return Likeness(among, between + believed * own if own.size else between, 2 * variances)
+        between = (within[..., None] * shapes) @ np.swapaxes(scans, 1, 2) + whole[count:, :count]
+        prior = 2 * variances + np.diag(whole)[count:]
+        return Likeness(among, between + believed * own if own.size else between, prior)

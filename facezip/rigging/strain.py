@@ -12,8 +12,8 @@ from scipy.sparse.linalg import splu
 
 from facezip.rigging.frames import FLAT, edges
 
-# Skin is stiff: strain is smoothed over this part of the height of the mesh's bounding box.
-REACH = 0.02
+# Skin is stiff: strain is smoothed over this part of the mesh's size, the standard deviation of its vertices.
+REACH = 0.056
 # Of an edge's length: compressed or stretched further than this, a triangle is a fold or a fault.
 SHRUNK, STRETCHED = -0.9, 1.0
 # Values of a symmetric tensor: three on the diagonal and three beside it, which count twice in a product.
@@ -114,7 +114,7 @@ class _Smoothing:
         mass = np.asarray(self._gather.sum(axis=1)).ravel()
         # A vertex of no triangle stays with no strain.
         mass = np.where(mass > 0, mass, mass.max())
-        reach = REACH * float(np.ptp(vertices, axis=0).max())
+        reach = REACH * float(np.sqrt(vertices.var(axis=0).sum()))
         system = sparse.diags(mass) + reach**2 * _laplacian(vertices, faces)
         self._factors: Any = splu(system.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
