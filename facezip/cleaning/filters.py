@@ -10,7 +10,7 @@ from facezip.machine.rows import sum_rows
 
 RADIUS = 2
 # Of the mean power: what a tap costs, so that an image without detail is left alone.
-RIDGE = 1e-6
+RIDGE = 1e-10
 
 Values = NDArray[np.float32]
 
