@@ -34,8 +34,8 @@ def cleaning_words(cleaning: Mapping[str, Any]) -> list[str]:
     lines = []
     if "registration" in cleaning:
         moved = cleaning["registration"]["moved"]
-        most = f", by up to {max(moved.values()):.2f} texels (rms)" if moved else ""
-        lines.append(f"registration: {len(moved)} expressions moved onto the neutral{most}")
+        far = f", by up to {max(moved.values()):.2f} texels (rms)" if moved else ""
+        lines.append(f"registration: {len(moved)} expressions moved onto the neutral{far}")
     if "exposure" in cleaning:
         gains = cleaning["exposure"]["gains"]
         most = max((abs(gain - 1) for one in gains.values() for gain in one), default=0.0)
