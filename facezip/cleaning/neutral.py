@@ -19,7 +19,7 @@ from facezip.cleaning.filters import Filter
 from facezip.cleaning.noise import Noise
 from facezip.files.images import to_float
 from facezip.machine import memory
-from facezip.machine.rows import by_rows, write_rows
+from facezip.machine.rows import by_rows, sum_rows, write_rows
 
 # Noise below this many steps of stored texels is their rounding: then the neutral is as good as any mean.
 ROUNDING = 0.5
@@ -63,7 +63,8 @@ def fused(stack: Stack) -> Fused:
     noise = Noise.of(cells)
     brightness = cells.neutral.mean(axis=2)
     level = float(np.sqrt(noise.at(brightness[cells.face]).mean())) if cells.face.any() else 0.0
-    if level <= ROUNDING * float(stack.scale):
+    step = 0.0 if stack.neutral.dtype.kind == "f" else float(stack.scale)
+    if level <= ROUNDING * step:
         return Fused(stack, 255 * level)
     variance = np.maximum(noise.at(brightness), np.finfo(np.float32).tiny)
     # The neutral's noise is in every gap.
@@ -73,10 +74,19 @@ def fused(stack: Stack) -> Fused:
     sharp = Filter.towards(mean, scanned, stack.weight)
     better = _with_detail(mean, scanned, sharp, noise)
     result = _restored(stack, better, Filter.towards(better, mean, stack.weight))
-    seen = stack.weight[..., None] > 0
-    removed = float(np.sqrt(np.mean(np.square(better - scanned), where=seen)))
     worth = (variance * weights.sum(axis=0))[cells.face].mean()
-    return Fused(result, 255 * level, float(worth), 255 * removed)
+    return Fused(result, 255 * level, float(worth), 255 * _distance(better, scanned, stack.weight))
+
+
+def _distance(one: Values, other: Values, weight: NDArray[np.float32]) -> float:
+    """Root mean square under a weight."""
+
+    def sums(top: int, bottom: int) -> NDArray[np.float64]:
+        squares = np.square(one[top:bottom] - other[top:bottom]).mean(axis=2, dtype=np.float64)
+        return np.array([np.sum(weight[top:bottom] * squares), weight[top:bottom].sum(dtype=np.float64)])
+
+    square, total = sum_rows(sums, len(one))
+    return float(np.sqrt(square / max(total, np.finfo(np.float32).tiny)))
 
 
 def _mean(stack: Stack, weights: NDArray[np.float32]) -> Values:

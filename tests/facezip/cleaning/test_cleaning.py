@@ -13,6 +13,7 @@ from facezip.cleaning.filters import Filter
 from facezip.cleaning.neutral import fused
 from facezip.cleaning.noise import Noise
 from facezip.cleaning.steps import STEPS, clean
+from facezip.machine import memory
 from scenes.character import Person, make_character
 from tests.facezip.conftest import one_albedo
 
@@ -51,6 +52,21 @@ def test_a_neutral_of_many_scans_has_little_of_their_noise(truth):
     made = fused(stack)
     assert made.noise == pytest.approx(2, rel=0.15)
     assert rmse(made.stack.neutral, truth) < 0.6 * rmse(stack.neutral, truth)
+
+
+@pytest.mark.parametrize("dtype", [np.uint16, np.float32])
+def test_finer_texels_are_cleaned_alike(truth, dtype):
+    stack = scans_of(truth, 2 / 255)
+    one = fused(stack)
+    most = 1 if dtype == np.float32 else 257
+    finer = Stack(
+        *((texels / (255 if most == 1 else 1) * most).astype(dtype) for texels in (stack.neutral, stack.textures))
+    )
+    other = fused(finer)
+    assert other.stack.neutral.dtype == dtype
+    assert other.noise == pytest.approx(one.noise, rel=1e-3)
+    gap = other.stack.neutral * (255.0 if most == 1 else 1 / 257) - one.stack.neutral
+    assert np.abs(gap).max() < 0.51
 
 
 def test_what_moved_in_some_scans_is_not_in_the_neutral(truth):
@@ -160,6 +176,17 @@ def test_a_capture_comes_nearer_to_the_truth_and_says_so(captured):
     assert after < 0.75 * before
     assert any("evened out" in note.words for note in made.character.notes)
     assert made.facts["neutral"]["albedo.1001"]["noise"] > 0.5
+
+
+def test_within_a_limit_of_memory_the_result_is_the_same(captured, monkeypatch, tmp_path):
+    monkeypatch.setattr(memory, "LEAST", -(10**9))
+    with memory.limited(1, tmp_path):
+        streamed = clean(captured[1.0])
+    whole = clean(captured[1.0])
+    assert streamed.facts == whole.facts
+    for key, stack in whole.character.stacks.items():
+        assert np.array_equal(streamed.character.stacks[key].neutral, stack.neutral)
+        assert np.array_equal(streamed.character.stacks[key].textures, stack.textures)
 
 
 def test_no_step_is_taken_that_was_not_asked_for(captured):
