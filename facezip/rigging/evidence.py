@@ -132,11 +132,15 @@ def _likelihood(poses: Poses, agreement: Agreement, raster: Raster) -> float:
     def block(top: int, bottom: int) -> NDArray[np.float64]:
         total = 0.0
         for row in range(top, bottom, THINNED):
-            products = agreement.rows(row, row + 1)[0]
-            total += float(wiener(poses.likeness(raster, row), products, agreement.least).likelihood.sum())
+            total += float(_row(poses, agreement, raster, row).likelihood.sum())
         return np.array(total)
 
     return float(sum_rows(block, len(raster.face)))
+
+
+def _row(poses: Poses, agreement: Agreement, raster: Raster, row: int) -> Filter:
+    """A row at a time: covariances of many scans take far more room than their weights."""
+    return wiener(poses.likeness(raster, row), agreement.rows(row, row + 1)[0], agreement.least)
 
 
 def _on_tile(agreement: Agreement, raster: Raster, poses: Poses, weights: NDArray[np.float32], unit: float) -> Estimate:
@@ -150,9 +154,8 @@ def _on_tile(agreement: Agreement, raster: Raster, poses: Poses, weights: NDArra
     )
 
     def rows(top: int, bottom: int) -> None:
-        products = agreement.rows(top, bottom)
         for row in range(top, bottom):
-            made = wiener(poses.likeness(raster, row), products[row - top], agreement.least)
+            made = _row(poses, agreement, raster, row)
             out.weights[:, row] = np.einsum("tmn,ntr->mtr", made.shares, weights[:, row], optimize=True)
             out.evidence[:, row] = made.evidence.T
             out.expected[:, row] = unit * np.sqrt(made.variance.T)
