@@ -10,6 +10,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from facezip.machine import caches
 from facezip.version import __version__
 
 if TYPE_CHECKING:
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
     from facezip.pack.read import read_pack
     from facezip.pack.verification import verify_pack
     from facezip.pack.write import write_pack
+
+# Before any library looks for its own.
+caches.settle()
 
 # Where each public name lives: modules load on first use, so that `facezip info` starts at once.
 _HOMES = {

@@ -1,5 +1,6 @@
 """The ``facezip`` command: one verb a module in ``facezip.commands``, errors as one line and an exit code."""
 
+import io
 import json
 import logging
 import sys
@@ -15,6 +16,7 @@ VERBS = {
     "demo": "The main job on the embedded character: compress, render, report.",
     "compress": "A character in, a pack out.",
     "batch": "Many characters, on all cores or on a cluster; what is finished stays finished.",
+    "doctor": "What is read from which file, what is unusual, and what to do about it.",
     "check": "Is every expression registered to the neutral; before it is compressed.",
     "importance": "Which texels the cameras look at, as a weight of the fit.",
     "validate": "Render a character against packs of it, and report the difference.",
@@ -34,6 +36,10 @@ EXIT_CODES = "\b\nExit codes\n" + "\n".join(f"  {code.value}  {code.meaning}" fo
 BEGIN = "\b\nBegin with\n  facezip demo -o demo          a character, its pack and a report, in a minute\n" + (
     "  facezip compress SCANS -o me.facezip\n  facezip validate SCANS me.facezip -o report"
 )
+
+
+# What Python says where there is no memory for the stack of a thread.
+NO_THREAD = "can't start new thread"
 
 
 class _Verbs(click.Group):
@@ -69,17 +75,19 @@ def facezip() -> None:
 
 def main() -> None:
     """Run the command line; never shows a traceback for bad input."""
+    _escape_what_cannot_be_printed()
     try:
         with show_progress():
-            # Here, since bars stand on stderr, and what is said goes above them.
-            logging.basicConfig(format="%(name)s: %(message)s")
+            _say_what_is_logged()
             status = facezip.main(standalone_mode=False)
     except click.ClickException as error:
         error.show()
         status = _answered("usage", error.format_message(), error.exit_code)
     except FaceZipError as error:
         status = _refused(error.code, str(error), error.exit_code)
-    except MemoryError:
+    except (MemoryError, RuntimeError) as error:
+        if isinstance(error, RuntimeError) and NO_THREAD not in str(error):
+            raise
         message = "not enough memory; use smaller textures or a larger machine"
         status = _refused("out-of-memory", message, ExitCode.BAD_INPUT)
     except (click.Abort, KeyboardInterrupt):
@@ -88,13 +96,26 @@ def main() -> None:
     sys.exit(int(status or ExitCode.DONE))
 
 
+def _say_what_is_logged() -> None:
+    """Print what the library logs, above the bars that stand on stderr by now."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter("facezip: %(message)s"))
+    logging.getLogger("facezip").addHandler(handler)
+
+
+def _escape_what_cannot_be_printed() -> None:
+    """Names have letters that the code page of a pipe may lack: they are escaped there, as they are on stderr."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
+
+
 def _refused(code: str, message: str, status: int) -> int:
-    click.echo(f"facezip: {message}", err=True)
+    print(f"facezip: {message}", file=sys.stderr)
     return _answered(code, message, status)
 
 
 def _answered(code: str, message: str, status: int) -> int:
     """The error for a program that asked for JSON; by the words as given, since they may be what is wrong."""
     if "--json" in sys.argv[1:]:
-        click.echo(json.dumps({"error": {"code": code, "message": message}}, indent=1))
+        print(json.dumps({"error": {"code": code, "message": message}}, indent=1))
     return status

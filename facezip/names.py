@@ -29,17 +29,32 @@ def is_safe_name(name: str) -> bool:
     )
 
 
+def one_form(name: str) -> str:
+    """A name in the form of Unicode in which all names are kept (NFC): systems write the same one in several."""
+    return unicodedata.normalize("NFC", name)
+
+
+def folded(name: str) -> str:
+    """What names are compared as: the same for those that a file system may take for one."""
+    return one_form(one_form(name).casefold())
+
+
 def first_unusable(names: Iterable[str]) -> str | None:
     """The first of the expressions' names that is unsafe, or that a file system may take for an earlier one."""
     seen: set[str] = set()
     for name in names:
-        folded = unicodedata.normalize("NFC", name).casefold() if is_safe_name(name) else ""
-        if not folded or folded in seen:
+        key = folded(name) if is_safe_name(name) else ""
+        if not key or key in seen:
             return name
-        seen.add(folded)
+        seen.add(key)
     return None
 
 
 def printable(text: str) -> str:
     """``text`` on one line, without anything that a terminal would obey: what cannot be shown is escaped."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+    return "".join(c if _can_be_shown(c) else c.encode("unicode_escape").decode("ascii") for c in text)
+
+
+def _can_be_shown(character: str) -> bool:
+    """Spaces too, of which there are several: our own sentences keep figures and their units on one line."""
+    return character.isprintable() or unicodedata.category(character) == "Zs"

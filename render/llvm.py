@@ -5,15 +5,19 @@ process in its first kernel ("Cannot select: fminimum"). So the library is chose
 a child process, before Dr.Jit is imported.
 """
 
+import logging
 import os
 import subprocess
 import sys
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, files
 from pathlib import Path
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.machine.cores import cores
+
+_log = logging.getLogger("facezip")
 
 VARIABLE = "DRJIT_LIBLLVM_PATH"
 VARIANT = "llvm_ad_rgb"
@@ -49,17 +53,11 @@ def start() -> dict[str, str]:
     FaceZipError
         ``NO_LLVM``: no library of version 17 or newer.
     """
-    library = usable_library()
-    os.environ[VARIABLE] = str(library)
+    os.environ[VARIABLE] = str(usable_library(os.environ.get(VARIABLE)))
     import drjit
     import mitsuba
 
-    version = drjit.detail.llvm_version()
-    if version[0] < OLDEST:
-        raise FaceZipError(
-            ErrorCode.NO_LLVM,
-            f"Dr.Jit was imported earlier and holds LLVM {version[0]}; start the renderer before drjit and mitsuba",
-        )
+    check_loaded()
     drjit.set_thread_count(cores())
     mitsuba.set_variant(VARIANT)
     mitsuba.set_log_level(mitsuba.LogLevel.Error)
@@ -67,19 +65,41 @@ def start() -> dict[str, str]:
         "variant": VARIANT,
         "mitsuba": mitsuba.__version__,
         "drjit": drjit.__version__,
-        "llvm": ".".join(map(str, version)),
+        "llvm": ".".join(map(str, drjit.detail.llvm_version())),
     }
 
 
-def usable_library() -> Path:
-    """The libLLVM to render with.
+def check_loaded() -> None:
+    """Raise ``FaceZipError`` (``NO_LLVM``) where Dr.Jit was imported earlier, with a library that would abort."""
+    import drjit
+
+    version = drjit.detail.llvm_version()[0]
+    if version < OLDEST:
+        # -1 where it found none that it takes.
+        reason = f"Dr.Jit was imported earlier and holds {f'LLVM {version}' if version > 0 else 'no LLVM'}"
+        remedy = f"import facezip's renderer before drjit and mitsuba, or set {VARIABLE} to LLVM {OLDEST} or newer"
+        raise FaceZipError(ErrorCode.NO_LLVM, f"{reason}; {remedy}")
+
+
+def prefer_usable() -> None:
+    """Name Dr.Jit a library that does not abort, before others import it; where there is none, change nothing."""
+    asked = os.environ.get(VARIABLE)
+    for wish in dict.fromkeys((asked, None)):
+        with suppress(FaceZipError):
+            os.environ[VARIABLE] = str(usable_library(wish))
+            break
+    if asked and asked != os.environ[VARIABLE]:
+        _log.warning("%s: no LLVM %d or newer; %s serves instead", asked, OLDEST, os.environ[VARIABLE])
+
+
+def usable_library(asked: str | None) -> Path:
+    """The libLLVM to render with: the one at a path that was asked for, or the best there is.
 
     Raises
     ------
     FaceZipError
         ``NO_LLVM``, naming what was found and what to do.
     """
-    asked = os.environ.get(VARIABLE)
     seen = []
     for path in [Path(asked)] if asked else [*_carried(), *_system()]:
         version = _version(path)

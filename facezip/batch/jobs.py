@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from facezip.character.scans import NEUTRAL
+from facezip.character.sources import holds_scans, is_character, is_gltf_name
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.names import first_unusable, printable
+from facezip.names import first_unusable, folded, printable
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Job:
     Attributes
     ----------
     name : of its pack, without ``.facezip``.
-    character : its folder or ``.glb`` file.
+    character : its folder or glTF file.
     settings : what a list says of it: options of ``facezip compress`` by their names, ``-`` as ``_``.
     """
 
@@ -41,7 +41,7 @@ def find_jobs(sources: Sequence[Path]) -> list[Job]:
     jobs = [job for source in sources for job in _jobs_of(source)]
     wrong = first_unusable(job.name for job in jobs)
     if wrong is not None:
-        places = [str(job.character) for job in jobs if job.name.casefold() == wrong.casefold()]
+        places = [str(job.character) for job in jobs if folded(job.name) == folded(wrong)]
         raise FaceZipError(
             ErrorCode.BAD_VALUE,
             f"{' and '.join(places)}: cannot be called '{wrong}'; name each in a list (docs/batch.md)",
@@ -53,19 +53,13 @@ def _jobs_of(source: Path) -> Iterator[Job]:
     if source.suffix.lower() == ".toml":
         yield from _listed(source)
         return
-    inside = sorted(source.iterdir()) if source.is_dir() and not _is_character(source) else []
-    found = [path for path in inside if _is_character(path) and not path.name.startswith(".")]
+    inside = sorted(source.iterdir()) if source.is_dir() and not holds_scans(source) else []
+    found = [path for path in inside if is_character(path) and not path.name.startswith(".")]
     yield from (Job(_name_of(path), path) for path in found or [source])
 
 
-def _is_character(path: Path) -> bool:
-    if path.suffix.lower() == ".glb":
-        return True
-    return any((path / name).is_file() for name in (f"{NEUTRAL}.obj", "character.toml"))
-
-
 def _name_of(path: Path) -> str:
-    return printable(path.resolve().stem if path.suffix.lower() == ".glb" else path.resolve().name)
+    return printable(path.resolve().stem if is_gltf_name(path) else path.resolve().name)
 
 
 def _listed(path: Path) -> Iterator[Job]:

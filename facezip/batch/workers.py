@@ -7,15 +7,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from facezip.batch.cluster import cluster
 from facezip.batch.processes import ProcessWorkers, worker_lost
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.machine.cores import cores, use_cores
 from facezip.machine.progress import task
 
 Result = TypeVar("Result")
-
-# Seconds in which a scheduler has to answer.
-PATIENCE = 20
 
 
 @dataclass(frozen=True)
@@ -64,10 +62,10 @@ def crew(workers: int | None, scheduler: str | None, tasks: int) -> Iterator[Cre
     Raises
     ------
     FaceZipError
-        ``NO_SCHEDULER``: dask is not installed, or nobody answers at the address.
+        ``NO_SCHEDULER``: dask is not installed, or no scheduler answers at the address.
     """
     if scheduler is not None:
-        with _cluster(scheduler) as executor:
+        with cluster(scheduler) as executor:
             yield Crew(executor, threads=1)
         return
     available = cores()
@@ -79,29 +77,6 @@ def crew(workers: int | None, scheduler: str | None, tasks: int) -> Iterator[Cre
         pool.shutdown(cancel_futures=True)
         raise
     pool.shutdown()
-
-
-@contextmanager
-def _cluster(address: str) -> Iterator[Executor]:
-    try:
-        from distributed import Client
-    except ImportError:
-        raise FaceZipError(
-            ErrorCode.NO_SCHEDULER, f"{address}: dask is not installed; pip install 'facezip[cluster]'"
-        ) from None
-    try:
-        client = Client(address, timeout=PATIENCE, set_as_default=False)
-    except (OSError, ValueError) as error:
-        raise FaceZipError(
-            ErrorCode.NO_SCHEDULER, f"{address}: no dask scheduler answers ({error}); start one with 'dask scheduler'"
-        ) from None
-    with client:
-        executor: Executor = client.get_executor(pure=False)
-        try:
-            yield executor
-        except BaseException:
-            executor.shutdown(wait=False)
-            raise
 
 
 def call_with_cores(threads: int, work: Callable[..., Result], *given: Any) -> Result:

@@ -1,4 +1,4 @@
-"""The one mesh of a GLB that has morph targets, welded again where only UVs had split it."""
+"""The face of a glTF as a mesh: placed as its scene says, welded again where only UVs had split it."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -6,76 +6,94 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.scans import MAX_EXPRESSIONS
+from facezip.character.gltf_material import MIRRORED, REPEAT, Placement
+from facezip.character.gltf_nodes import Nodes, described, is_mirror, leaves_alone, placed
+from facezip.character.gltf_parts import Part
+from facezip.character.meshes import Meshes
 from facezip.files.glb import Glb, GlbFault
 from facezip.files.obj import MAX_COORDINATE, Topology
 from facezip.files.reading import MOST_EXPANSION, SPARE
 
-TRIANGLES = 4
+TRIANGLES, STRIP, FAN = 4, 5, 6
+DRACO = "KHR_draco_mesh_compression"
+# Of the side of a texture, by which UVs may stand out of it: what is drawn there is its border.
+BORDER = 1 / 64
 
 
 @dataclass(frozen=True, eq=False)
-class ScannedMesh:
-    """Geometry of a character.
+class _Piece:
+    """One primitive: ``shapes`` ``(N + 1, V, 3)``, neutral first, ``uv`` ``(V, 2)`` v down, ``faces`` ``(F, 3)``."""
 
-    Attributes
-    ----------
-    names : the N morph targets' names.
-    topology : faces and UV layout, v up.
-    neutral : ``(V, 3)`` float32.
-    vertices : ``(N, V, 3)`` float32, absolute positions.
-    primitive : the JSON that the mesh came from.
+    shapes: NDArray[np.float32]
+    uv: NDArray[np.float32]
+    faces: NDArray[np.int64]
+
+
+def read_mesh(glb: Glb, part: Part, placement: Placement) -> tuple[Meshes, list[str]]:
+    """The geometry of a part with its textures placed so, v up; and what was done to it, in words.
+
+    ``GlbFault`` where it is damaged, compressed, or out of proportion to its file.
     """
+    nodes, pieces, done = Nodes(glb), [], dict[str, None]()
+    for primitive in part.primitives:
+        piece = _piece(glb, primitive, placement)
+        matrix = nodes.placements(part.mesh, primitive, piece.shapes.shape[1])
+        if not leaves_alone(matrix):
+            done[described(matrix)] = None
+            piece = _moved(piece, matrix)
+        pieces.append(piece)
+    if (shown := len(nodes.showing(part.mesh))) > 1:
+        done[f"{shown} nodes show it; it is read where the first of them does"] = None
+    if placement.moves:
+        done["UVs are moved as its texture transform says"] = None
+    starts = np.cumsum([0, *(len(piece.uv) for piece in pieces)])
+    faces = np.concatenate([piece.faces + start for piece, start in zip(pieces, starts, strict=False)])
+    shapes = np.concatenate([piece.shapes for piece in pieces], axis=1)
+    uv, face_uv = np.concatenate([piece.uv for piece in pieces]), faces
+    inside = _in_the_square(uv[faces], placement.wrap)
+    if inside is not None:
+        done["UVs are moved into the unit square by whole units, as its texture repeats"] = None
+        uv, face_uv = inside.reshape(-1, 2), np.arange(inside.size // 2).reshape(-1, 3)
+    return _welded(shapes, faces, uv, face_uv), list(done)
 
-    names: tuple[str, ...]
-    topology: Topology
-    neutral: NDArray[np.float32]
-    vertices: NDArray[np.float32]
-    primitive: dict[str, Any]
 
-
-def read_mesh(glb: Glb) -> ScannedMesh:
-    """Read the mesh with morph targets; ``GlbFault`` where there is none, more than one, or one out of proportion."""
-    index, names, primitive = _morphing(glb)
-    neutral = _positions(glb, primitive["attributes"].get("POSITION"), None)
-    # A target without bytes is a legitimate one, which moves nothing, but so many of them are not.
-    if neutral.nbytes * (len(names) + 1) > max(SPARE, MOST_EXPANSION * len(glb.binary)):
-        raise GlbFault(f"{len(names)} targets of {len(neutral)} vertices in {len(glb.binary)} bytes; export it again")
-    deltas = [_positions(glb, target.get("POSITION"), len(neutral)) for target in primitive["targets"]]
-    turn = _transform(glb, index)
-    neutral, shapes = neutral @ turn.T, [(neutral + delta) @ turn.T for delta in deltas]
-    uv = _texture_coordinates(glb, primitive, len(neutral))
-    faces = _faces(glb, primitive, len(neutral))
-    welded, vertex = _weld(np.concatenate([neutral, *shapes], axis=1).astype(np.float32))
-    layout, coordinate = _weld(uv)
+def _welded(
+    shapes: NDArray[np.float32], faces: NDArray[np.int64], uv: NDArray[np.float32], face_uv: NDArray[np.int64]
+) -> Meshes:
+    # Parts may share their vertices, of which this one uses some.
+    used, faces = np.unique(faces, return_inverse=True)
+    used_uv, face_uv = np.unique(face_uv, return_inverse=True)
+    welded, vertex = _weld(shapes[:, used].swapaxes(0, 1).reshape(len(used), -1))
+    layout, coordinate = _weld(uv[used_uv])
     # v up, as everywhere here.
     layout = np.stack([layout[:, 0], 1 - layout[:, 1]], axis=1)
-    topology = Topology(vertex[faces], layout, coordinate[faces])
     every = welded.reshape(len(welded), -1, 3).swapaxes(0, 1)
-    return ScannedMesh(names, topology, every[0].copy(), np.ascontiguousarray(every[1:]), primitive)
+    topology = Topology(vertex[faces], layout, coordinate[face_uv])
+    return Meshes(topology, every[0].copy(), np.ascontiguousarray(every[1:]))
 
 
-def _morphing(glb: Glb) -> tuple[int, tuple[str, ...], dict[str, Any]]:
-    """Number, target names and the only primitive of the mesh with targets."""
-    meshes = [glb.item("meshes", index) for index in range(len(glb.document.get("meshes", [])))]
-    found = [index for index, mesh in enumerate(meshes) if any(part.get("targets") for part in mesh["primitives"])]
-    if len(found) != 1 or len(meshes[found[0]]["primitives"]) != 1:
-        raise GlbFault(
-            f"{len(found)} meshes have morph targets; one mesh with one material, the face, has to"
-            if len(found) != 1
-            else "its face has several materials; give it one"
-        )
-    mesh = meshes[found[0]]
-    primitive = mesh["primitives"][0]
-    if primitive.get("mode", TRIANGLES) != TRIANGLES:
-        raise GlbFault("its face is not of triangles; export it as triangles")
-    names = mesh.get("extras", {}).get("targetNames", [])
-    count = len(primitive["targets"])
-    if len(names) != count or len({*map(str, names)}) != count or not all(isinstance(name, str) for name in names):
-        raise GlbFault("its morph targets have no names of their own (extras.targetNames); name them and export again")
-    if not 2 <= count <= MAX_EXPRESSIONS:
-        raise GlbFault(f"{count} morph target(s); 2 to {MAX_EXPRESSIONS} besides the neutral")
-    return found[0], tuple(names), primitive
+def _piece(glb: Glb, primitive: dict[str, Any], placement: Placement) -> _Piece:
+    attributes, targets = primitive["attributes"], primitive["targets"]
+    if DRACO in primitive.get("extensions", {}) and not _has_bytes(glb, attributes.get("POSITION")):
+        raise GlbFault(f"it is compressed by {DRACO}, which is not read; export it uncompressed")
+    neutral = _positions(glb, attributes.get("POSITION"), None)
+    # A target without bytes is a legitimate one, which moves nothing, but so many of them are not.
+    if neutral.nbytes * (len(targets) + 1) > max(SPARE, MOST_EXPANSION * glb.bytes_held):
+        raise GlbFault(f"{len(targets)} targets of {len(neutral)} vertices in {glb.bytes_held} bytes; export it again")
+    moved = [neutral + _positions(glb, target.get("POSITION"), len(neutral)) for target in targets]
+    uv = _texture_coordinates(glb, primitive, placement, len(neutral))
+    return _Piece(np.stack([neutral, *moved]), uv, _faces(glb, primitive, len(neutral)))
+
+
+def _has_bytes(glb: Glb, accessor: Any) -> bool:
+    return "bufferView" in glb.item("accessors", accessor)
+
+
+def _moved(piece: _Piece, matrix: NDArray[np.float64]) -> _Piece:
+    shapes = np.stack([placed(shape, matrix) for shape in piece.shapes])
+    if not (np.abs(shapes) < MAX_COORDINATE).all():
+        raise GlbFault("its nodes move it so far that no position is exact; move it to the origin")
+    return _Piece(shapes, piece.uv, piece.faces[:, ::-1] if is_mirror(matrix) else piece.faces)
 
 
 def _positions(glb: Glb, accessor: Any, count: int | None) -> NDArray[np.float32]:
@@ -90,22 +108,58 @@ def _positions(glb: Glb, accessor: Any, count: int | None) -> NDArray[np.float32
     return values.astype(np.float32)
 
 
-def _texture_coordinates(glb: Glb, primitive: dict[str, Any], count: int) -> NDArray[np.float32]:
-    if "TEXCOORD_0" not in primitive["attributes"]:
-        raise GlbFault("its face has no UVs (TEXCOORD_0); unwrap it")
-    values = glb.array(primitive["attributes"]["TEXCOORD_0"])
+def _texture_coordinates(glb: Glb, primitive: dict[str, Any], placement: Placement, count: int) -> NDArray[np.float32]:
+    name = f"TEXCOORD_{placement.coordinates}"
+    if name not in primitive["attributes"]:
+        raise GlbFault(f"its face has no UVs ({name}); unwrap it")
+    values = glb.array(primitive["attributes"][name])
     if values.shape != (count, 2) or not (np.abs(values) < MAX_COORDINATE).all():
         raise GlbFault("its UVs are not one finite pair a vertex; export it again")
-    return values.astype(np.float32)
+    if not placement.moves:
+        return values.astype(np.float32)
+    u, v = values.astype(np.float64).T
+    return np.stack([a * u + b * v + c for a, b, c in (placement.across, placement.down)], axis=1).astype(np.float32)
+
+
+def _in_the_square(corners: NDArray[np.float32], wrap: tuple[int, int]) -> NDArray[np.float32] | None:
+    """UVs ``(F, 3, 2)`` of triangles, each moved by whole units to where its texture is; None where all are there.
+
+    Where a sampler does not repeat its texture, what lies outside shows the border, here as everywhere.
+    """
+    flat = corners.reshape(-1, 2)
+    outside = (flat.min(axis=0) < -BORDER) | (flat.max(axis=0) > 1 + BORDER)
+    for axis, name in enumerate("uv"):
+        if outside[axis] and wrap[axis] == MIRRORED:
+            raise GlbFault(f"its {name} leaves the unit square, where its texture is mirrored; bring all UVs inside")
+    repeats = outside & (np.array(wrap) == REPEAT)
+    if not repeats.any():
+        return None
+    moved = corners - np.where(repeats, np.floor(corners.mean(axis=1)), 0)[:, None].astype(np.float32)
+    if (moved[..., repeats] < -BORDER).any() or (moved[..., repeats] > 1 + BORDER).any():
+        raise GlbFault("a triangle of it reaches over the border of a texture that repeats; bring all UVs inside")
+    return moved
 
 
 def _faces(glb: Glb, primitive: dict[str, Any], count: int) -> NDArray[np.int64]:
+    mode = primitive.get("mode", TRIANGLES)
+    if mode not in (TRIANGLES, STRIP, FAN):
+        raise GlbFault("its face is not of triangles; export it as triangles")
     indices = glb.array(primitive["indices"]) if "indices" in primitive else np.arange(count)[:, None]
-    if indices.shape[1] != 1 or indices.dtype.kind not in "ui" or len(indices) % 3 or len(indices) == 0:
+    is_whole = len(indices) % 3 == 0 if mode == TRIANGLES else len(indices) >= 3
+    if indices.shape[1] != 1 or indices.dtype.kind not in "ui" or not is_whole or len(indices) == 0:
         raise GlbFault("its triangles are not threes of vertex numbers; export it again")
     if indices.max() >= count:
         raise GlbFault("a triangle uses a vertex that does not exist; export it again")
-    return indices.astype(np.int64).reshape(-1, 3)
+    row = indices[:, 0].astype(np.int64)
+    if mode == TRIANGLES:
+        return row.reshape(-1, 3)
+    if mode == FAN:
+        return np.stack([row[1:-1], row[2:], np.broadcast_to(row[0], len(row) - 2)], axis=1)
+    triangles = np.stack([row[:-2], row[1:-1], row[2:]], axis=1)
+    triangles[1::2] = triangles[1::2, [0, 2, 1]]
+    # A strip turns back by triangles of two equal corners.
+    first, second, third = triangles.T
+    return triangles[(first != second) & (second != third) & (third != first)]
 
 
 def _weld(rows: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
@@ -117,36 +171,3 @@ def _weld(rows: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.in
     rank = np.empty(len(order), np.int32)
     rank[order] = np.arange(len(order), dtype=np.int32)
     return rows[first[order]], rank[inverse]
-
-
-def _transform(glb: Glb, mesh: int) -> NDArray[np.float32]:
-    """``(3, 3)``: how nodes turn and stretch the mesh. Place and size do not matter: characters have any unit."""
-    nodes = [glb.item("nodes", index) for index in range(len(glb.document.get("nodes", [])))]
-    parents = {child: index for index, node in enumerate(nodes) for child in node.get("children", [])}
-    at = next((index for index, node in enumerate(nodes) if node.get("mesh") == mesh), None)
-    total, seen = np.eye(3), set[int]()
-    with np.errstate(all="ignore"):
-        while at is not None and at not in seen:
-            seen.add(at)
-            total = _linear(nodes[at]) @ total
-            at = parents.get(at)
-        size = np.cbrt(abs(np.linalg.det(total)))
-        unit = total / size
-    if not 1e-12 < size < 1e12 or not np.abs(unit).max() < 1e6:
-        raise GlbFault("its node has a transform that flattens it or is no number; export it again")
-    exact = np.eye(3) if np.allclose(unit, np.eye(3), atol=1e-6) else unit
-    return exact.astype(np.float32)
-
-
-def _linear(node: dict[str, Any]) -> NDArray[np.float64]:
-    if "matrix" in node:
-        return np.array(node["matrix"], float).reshape(4, 4).T[:3, :3]
-    x, y, z, w = np.array(node.get("rotation", (0, 0, 0, 1)), float)
-    turn = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-    return turn * np.array(node.get("scale", (1, 1, 1)), float)

@@ -1,6 +1,7 @@
 """``facezip batch``: many characters on the processes of this machine or on a cluster."""
 
 import json
+import sys
 from collections import Counter
 from collections.abc import Container, Mapping
 from contextlib import AbstractContextManager
@@ -49,7 +50,7 @@ def command(
 ) -> int:
     """Compress every CHARACTER into DIR/NAME.facezip, the same bytes that `facezip compress` writes.
 
-    A CHARACTER is a folder of scans or a .glb file, a folder of such, or a list .toml of them with settings of their
+    A CHARACTER is a folder of scans, a .glb or .gltf, a folder of such, or a list .toml of them with settings of their
     own. Started again, it does only what is missing: a pack stays if it is intact and its scans and settings have not
     changed, and is made again if they have. One that another character or command made is left alone, but for
     --overwrite. A character that fails stops no other and is named at the end. Without --workers, there is one a core.
@@ -64,7 +65,9 @@ def command(
         outcomes = hands.outcomes(compress_unless_finished, tasks, "Compressing characters")
         entries = [_entry(job, output, outcomes[job.name]) for job in jobs]
         warnings = [
-            registration_warning(one["character"], one["misregistered"]) for one in entries if one.get("misregistered")
+            registration_warning(one["character"], one.get("misregistered", {}), one.get("unknown", ()))
+            for one in entries
+            if one.get("misregistered") or one.get("unknown")
         ]
         entries += _earlier(output, tasks)
         document = {"format": FORMAT, "output": str(output), "characters": entries, **_counts(entries)}
@@ -73,7 +76,7 @@ def command(
     errors = {name: outcome for name, outcome in outcomes.items() if isinstance(outcome, FaceZipError)}
     options.answer(document, as_json, lambda: _lines(document))
     for line in (*warnings, *(f"facezip: {name}: {error}" for name, error in errors.items())):
-        click.echo(line, err=True)
+        print(line, file=sys.stderr)
     return max((error.exit_code for error in errors.values()), default=ExitCode.DONE)
 
 

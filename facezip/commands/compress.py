@@ -1,5 +1,6 @@
 """``facezip compress``: a character in, a pack out, with the error of what was written."""
 
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -8,7 +9,7 @@ import click
 
 from facezip.commands import options
 from facezip.commands.fit_options import check_together, fit_options, on_line, request_of
-from facezip.commands.words import cleaning_words, error_words, megabytes, memory_words
+from facezip.commands.words import cleaning_words, error_words, masks_words, megabytes, memory_words
 from facezip.fit.pipeline import compress_into
 from facezip.machine.memory import beside, limited
 from facezip.pack.facts import several
@@ -37,14 +38,14 @@ def command(
     """Compress the expression textures of CHARACTER into a pack.
 
     CHARACTER is a folder with neutral.obj and neutral.png, and NAME.obj and NAME.png per expression (EXR, TIFF and
-    16-bit PNG too), or a .glb. A mask.png in it limits the face region and the error. NAME.normal.png,
+    16-bit PNG too), or a .glb or .gltf. A mask.png in it limits the face region and the error. NAME.normal.png,
     NAME.roughness.png, NAME.specular.png and NAME.cavity.png beside them share the weight maps; NAME.1001.png … are
     UDIM tiles.
     """
     check_together(on_line(context), given)
     request = request_of(given)
     with limited(memory, beside(output)):
-        document = compress_into(character, output, request, overwrite, lambda line: click.echo(line, err=True))
+        document = compress_into(character, output, request, overwrite, lambda line: print(line, file=sys.stderr))
     options.answer(document, as_json, lambda: _lines(document))
 
 
@@ -57,6 +58,7 @@ def _lines(document: Mapping[str, Any]) -> list[str]:
         f"{document['seconds']:.1f} s",
         *(f"  cleaned    {line}" for line in cleaning_words(document.get("cleaning", {}))),
         *(f"  {name:<10} {error_words(found)} ({document['region']})" for name, found in document["errors"].items()),
+        *([f"  masks      {masks_words(document['masks'])}"] if document["masks"] else []),
         *([f"  chosen     {document['choice']['reason']}"] if "choice" in document else []),
         f"  GPU        {blocks}",
         f"             {plain}",

@@ -56,4 +56,5 @@ def worker_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def answer(document: Mapping[str, Any], as_json: bool, lines: Callable[[], Sequence[str]]) -> None:
     """Print the document as JSON, or the lines that say the same to a person."""
-    click.echo(json.dumps(document, indent=1, allow_nan=False) if as_json else "\n".join(map(printable, lines())))
+    # click.echo takes ASCII for a mistake and writes UTF-8.
+    print(json.dumps(document, indent=1, allow_nan=False) if as_json else "\n".join(map(printable, lines())))

@@ -5,6 +5,8 @@ from pathlib import Path
 import click
 
 from facezip.commands import options
+from facezip.files.reading import undisturbed
+from facezip.pack.manifest import Manifest
 from facezip.pack.read import read_stored
 from facezip.pack.verification import verify_pack
 
@@ -14,7 +16,12 @@ from facezip.pack.verification import verify_pack
 @options.as_json
 def command(pack: Path, as_json: bool) -> None:
     """Check that PACK is complete, unchanged and readable; exit code 3 and one line where it is not."""
-    manifest = verify_pack(pack)
-    read_stored(pack, manifest)
+    manifest = undisturbed(pack, lambda: _verified(pack))
     document = {"pack": str(pack), "intact": True, "files": len(manifest.files) + 1}
     options.answer(document, as_json, lambda: [f"{pack}: intact, {document['files']} files"])
+
+
+def _verified(pack: Path) -> Manifest:
+    manifest = verify_pack(pack)
+    read_stored(pack, manifest)
+    return manifest

@@ -1,6 +1,7 @@
 """``facezip view``: a pack on the screen, in the browser, served to this machine alone."""
 
 import json
+import sys
 import webbrowser
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import click
 
 from facezip.character.loading import load_character
 from facezip.commands import options
+from facezip.names import printable
 from facezip.viewer.scene import read_scene
 from facezip.viewer.server import ADDRESS, files_of, serve
 
@@ -28,12 +30,12 @@ def command(pack: Path, character: Path | None, port: int, no_browser: bool, as_
     with serve(files, port) as server:
         address = f"http://{ADDRESS}:{server.server_port}/"
         if as_json:
-            click.echo(json.dumps({"pack": str(pack), "url": address}))
+            print(json.dumps({"pack": str(pack), "url": address}), flush=True)
         else:
-            click.echo(f"{pack}: {address}\n  Ctrl-C ends it")
+            print(printable(f"{pack}: {address}"), "  Ctrl-C ends it", sep="\n", flush=True)
         if not no_browser:
             webbrowser.open(address)
         try:
             server.serve_forever()
         except KeyboardInterrupt:
-            click.echo("", err=True)
+            print(file=sys.stderr)

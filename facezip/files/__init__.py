@@ -1,1 +1,1 @@
-"""Bytes on disk, whatever they mean: whole writes, safe names, images, OBJ, GLB containers."""
+"""Bytes on disk, whatever they mean: whole writes, safe names, images, OBJ, glTF containers."""

@@ -1,13 +1,13 @@
-"""Binary glTF files: one JSON document and one binary chunk, and the arrays that its accessors describe.
+"""glTF files, binary or with files beside them: one JSON document, buffers, and the arrays that its accessors describe.
 
 Libraries at hand drop morph targets (trimesh) or leave accessors, sparse ones above all, to the caller (pygltflib).
 What a blendshape needs of the format is little, and every offset of a stranger's file has to be checked.
 """
 
 import json
-import math
 import os
 import struct
+from codecs import BOM_UTF8
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,29 +16,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.files.accessors import CODES, COMPONENTS, accessor_of, amount, layout, normalised, strided
+from facezip.files.accessors import GlbFault as GlbFault
+from facezip.files.links import MAX_BYTES, REMEDY, Links, without_data
+
 MAGIC, VERSION = b"glTF", 2
 # Of the file and of its first chunk.
 HEADER = 20
 JSON_CHUNK, BINARY_CHUNK = b"JSON", b"BIN\0"
 VERTICES, INDICES = 34962, 34963
-COMPONENTS: dict[int, type[np.generic]] = {
-    5120: np.int8,
-    5121: np.uint8,
-    5122: np.int16,
-    5123: np.uint16,
-    5125: np.uint32,
-    5126: np.float32,
-}
-CODES = {np.dtype(kind): code for code, kind in COMPONENTS.items()}
-WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-TYPES = {width: name for name, width in WIDTHS.items()}
-MAX_BYTES = 2**31
-# A parsed list takes up to 30 times its text.
+# A parsed list takes up to 30 times its text. Data in URIs do not count.
 MAX_JSON = 2 * 2**20
-
-
-class GlbFault(ValueError):
-    """What is wrong with a GLB, before the file's name is put in front."""
+COMPRESSED_VIEWS = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 
 
 @dataclass(frozen=True)
@@ -47,39 +36,57 @@ class Glb:
 
     Attributes
     ----------
-    document : the JSON chunk.
+    document : the JSON.
     binary : the binary chunk, perhaps with up to three bytes of padding.
+    links : what its URIs refer to.
     """
 
     document: dict[str, Any]
-    binary: bytes
+    binary: bytes = b""
+    links: Links = field(default_factory=Links)
 
     @classmethod
     def read(cls, path: Path) -> "Glb":
-        """:meth:`parse` a file, no more of which is held than it states and may have."""
+        """Read a file of either form, whatever it is called, with links to files in its folder.
+
+        No more of it is held than it states and may have; ``GlbFault`` where its lengths or its JSON are not right.
+        """
         with open(path, "rb") as file:
             size = os.fstat(file.fileno()).st_size
             if size > MAX_BYTES:
                 raise GlbFault(f"{size} bytes; up to {MAX_BYTES} are read, export it with smaller textures")
-            _check_header(file.read(HEADER), size)
-            file.seek(0)
-            return cls.parse(file.read(size))
+            start = file.read(HEADER)
+            is_text = start.removeprefix(BOM_UTF8).lstrip()[:1] == b"{"
+            if not is_text:
+                _check_header(start, size)
+            content = start + file.read(size)
+        return cls._of(content, b"", path.parent) if is_text else cls.parse(content, path.parent)
 
     @classmethod
-    def parse(cls, content: bytes) -> "Glb":
-        """Split a file into its chunks; ``GlbFault`` where its lengths or its JSON are not right."""
+    def parse(cls, content: bytes, folder: Path | None = None) -> "Glb":
+        """Split a binary file into its chunks; ``GlbFault`` where its lengths or its JSON are not right.
+
+        Parameters
+        ----------
+        content : the file.
+        folder : where files lie that it may refer to; None where it has to hold everything itself.
+        """
         _check_header(content[:HEADER], len(content))
         chunks = dict(_chunks(content))
-        text = chunks.get(JSON_CHUNK, b"")
+        return cls._of(chunks.get(JSON_CHUNK, b""), chunks.get(BINARY_CHUNK, b""), folder)
+
+    @classmethod
+    def _of(cls, text: bytes, binary: bytes, folder: Path | None) -> "Glb":
+        text, data = without_data(text)
         if len(text) > MAX_JSON:
-            raise GlbFault(f"its JSON chunk has {len(text)} bytes, up to {MAX_JSON} are read; export the face alone")
+            raise GlbFault(f"its JSON has {len(text)} bytes, up to {MAX_JSON} are read; export the face alone")
         try:
             document = json.loads(text)
         except (ValueError, RecursionError):
-            raise GlbFault("its JSON chunk is not readable; export it again") from None
+            raise GlbFault("its JSON is not readable; export it again") from None
         if not isinstance(document, dict):
-            raise GlbFault("its JSON chunk is no object; export it again")
-        return cls(document, chunks.get(BINARY_CHUNK, b""))
+            raise GlbFault("its JSON is no object; export it again")
+        return cls(document, binary, Links(folder, data))
 
     def to_bytes(self) -> bytes:
         """The file's content."""
@@ -104,43 +111,59 @@ class Glb:
             raise GlbFault(f"number {index} of its {kind} is no object; export it again")
         return dict(entries[index])
 
+    def buffer(self, index: Any) -> bytes:
+        """The bytes of a buffer: the binary chunk, or what its URI refers to."""
+        buffer = self.item("buffers", index)
+        if "uri" in buffer:
+            return self.links.content(str(buffer["uri"]))
+        if index or not self.binary:
+            raise GlbFault(f"its buffer {index} is empty; {REMEDY}")
+        return self.binary
+
+    @property
+    def bytes_held(self) -> int:
+        """Bytes of the buffers that were asked for."""
+        return len(self.binary) + self.links.bytes_held
+
     def view(self, index: Any) -> bytes:
         """The bytes of a buffer view."""
         view = self.item("bufferViews", index)
-        if view.get("buffer") != 0 or "uri" in self.item("buffers", 0):
-            raise GlbFault("its data lie in another file; export one .glb with everything in it")
-        start, length = _count(view.get("byteOffset", 0)), _count(view.get("byteLength"))
-        if start + length > len(self.binary):
+        compressed = [name for name in COMPRESSED_VIEWS if name in view.get("extensions", {})]
+        if compressed and "uri" not in self.item("buffers", view.get("buffer")):
+            raise GlbFault(f"its data are compressed by {compressed[0]}, which is not read; export it uncompressed")
+        buffer = self.buffer(view.get("buffer"))
+        start, length = amount(view.get("byteOffset", 0)), amount(view.get("byteLength"))
+        if start + length > len(buffer):
             raise GlbFault(f"buffer view {index} lies past the end of the file; export it again")
-        return self.binary[start : start + length]
+        return buffer[start : start + length]
 
     def array(self, index: Any) -> NDArray[Any]:
         """The values of an accessor, ``(count, width)``: float32 where float or normalised, else integers as stored."""
         accessor = self.item("accessors", index)
-        kind, width, count = _layout(accessor)
+        kind, width, count = layout(accessor)
         if "bufferView" in accessor:
             stride = self.item("bufferViews", accessor["bufferView"]).get("byteStride", 0)
-            start = _count(accessor.get("byteOffset", 0))
-            values = _strided(self.view(accessor["bufferView"]), start, _count(stride), kind, count, width)
+            start = amount(accessor.get("byteOffset", 0))
+            values = strided(self.view(accessor["bufferView"]), start, amount(stride), kind, count, width)
         else:
             # Without bytes it is all zeros, whatever its count says; something else has as many values.
-            if count > len(self.binary):
+            if count > self.bytes_held:
                 raise GlbFault(f"accessor {index} states {count} values and holds none; export it again")
             values = np.zeros((count, width), kind)
         if "sparse" in accessor:
             values = self._replaced(values, accessor["sparse"])
-        return _normalised(values) if accessor.get("normalized") else values
+        return normalised(values) if accessor.get("normalized") else values
 
     def _replaced(self, values: NDArray[Any], sparse: Mapping[str, Any]) -> NDArray[Any]:
-        count = _count(sparse["count"])
+        count = amount(sparse["count"])
         where, what = sparse["indices"], sparse["values"]
         kind = np.dtype(COMPONENTS.get(where["componentType"], np.float32))
         if kind.kind != "u":
             raise GlbFault("a sparse accessor has indices that are no integers; export it again")
-        start = _count(where.get("byteOffset", 0))
-        rows = _strided(self.view(where["bufferView"]), start, 0, kind, count, 1)[:, 0]
-        start = _count(what.get("byteOffset", 0))
-        new = _strided(self.view(what["bufferView"]), start, 0, values.dtype, count, values.shape[1])
+        start = amount(where.get("byteOffset", 0))
+        rows = strided(self.view(where["bufferView"]), start, 0, kind, count, 1)[:, 0]
+        start = amount(what.get("byteOffset", 0))
+        new = strided(self.view(what["bufferView"]), start, 0, values.dtype, count, values.shape[1])
         if count and rows.max() >= len(values):
             raise GlbFault("a sparse accessor writes past its end; export it again")
         values = values.copy()
@@ -176,13 +199,13 @@ class GlbBuilder:
         if padding:
             rows = np.pad(rows, ((0, 0), (0, padding)))
         view = self.view(rows.tobytes(), target, rows.shape[1] if padding else None)
-        described = _described(values, bounds) | ({"normalized": True} if normalized else {})
+        described = accessor_of(values, bounds) | ({"normalized": True} if normalized else {})
         return self._add("accessors", {"bufferView": view, **described})
 
     def sparse(self, values: NDArray[Any], bounds: bool = False) -> int:
         """Add ``(count, width)`` values of which most are zero, by their rows that are not, where that saves bytes."""
         rows = np.flatnonzero(values.any(axis=1))
-        described = _described(values, bounds)
+        described = accessor_of(values, bounds)
         if len(rows) == 0:
             return self._add("accessors", described)
         kind: type[np.generic] = np.uint16 if rows[-1] < 2**16 else np.uint32
@@ -254,45 +277,3 @@ def _chunks(content: bytes) -> list[tuple[bytes, bytes]]:
 def _chunk(kind: bytes, content: bytes, padding: bytes) -> list[bytes]:
     past = padding * (-len(content) % 4)
     return [struct.pack("<I4s", len(content) + len(past), kind), content, past]
-
-
-def _count(value: Any) -> int:
-    if type(value) is not int or not 0 <= value < 2**32:
-        raise GlbFault(f"{repr(value)[:64]} is no count of bytes or values; export it again")
-    return value
-
-
-def _layout(accessor: Mapping[str, Any]) -> tuple[np.dtype[Any], int, int]:
-    kind, width = COMPONENTS.get(accessor.get("componentType", 0)), WIDTHS.get(str(accessor.get("type")))
-    if kind is None or width is None:
-        raise GlbFault(
-            f"an accessor of {str(accessor.get('type'))[:64]} is not read here; export plain triangle meshes"
-        )
-    return np.dtype(kind).newbyteorder("<"), width, _count(accessor.get("count"))
-
-
-def _strided(content: bytes, start: int, stride: int, kind: np.dtype[Any], count: int, width: int) -> NDArray[Any]:
-    step = stride or kind.itemsize * width
-    last = start + (count - 1) * step + kind.itemsize * width
-    if count and (last > len(content) or step < kind.itemsize * width):
-        raise GlbFault("an accessor reads past the end of its data; export it again")
-    if not count:
-        return np.zeros((0, width), kind)
-    return np.ndarray((count, width), kind, content, start, (step, kind.itemsize))
-
-
-def _normalised(values: NDArray[Any]) -> NDArray[np.float32]:
-    if values.dtype.kind == "f":
-        return values
-    floats: NDArray[np.float32] = np.maximum(values / np.float32(np.iinfo(values.dtype).max), -1).astype(np.float32)
-    return floats
-
-
-def _described(values: NDArray[Any], bounds: bool) -> dict[str, Any]:
-    entry = {"componentType": CODES[values.dtype], "count": len(values), "type": TYPES[values.shape[1]]}
-    if not bounds:
-        return entry
-    low, high = values.min(axis=0).tolist(), values.max(axis=0).tolist()
-    if not all(map(math.isfinite, (*low, *high))):
-        raise ValueError("values of a mesh have to be finite")
-    return entry | {"min": low, "max": high}

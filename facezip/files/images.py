@@ -5,6 +5,9 @@ encoded here, so that everything downstream sees one kind of number. Files that 
 (:mod:`facezip.files.colours`).
 """
 
+import errno
+import os
+import shutil
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -15,6 +18,7 @@ import OpenImageIO as oiio
 from numpy.typing import NDArray
 
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.arrival import has_arrived
 from facezip.files.bands import BAND, filled
 from facezip.files.colours import colour_bands
 from facezip.files.decoding import decode
@@ -23,6 +27,9 @@ from facezip.files.opening import reason, unreadable
 from facezip.files.srgb import decode_srgb
 from facezip.machine import memory
 from facezip.machine.rows import by_rows
+
+# Bytes that a disk may have left although it has refused some.
+FULL = 2**16
 
 Texels = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
 
@@ -106,14 +113,14 @@ def png(texels: Texels) -> bytes:
 
 
 def write_values(path: Path, values: NDArray[np.float32]) -> None:
-    """Write ``(H, W)`` floats that are no colour as a single-channel OpenEXR file, as they are.
+    """Write ``(H, W)`` or ``(H, W, C)`` floats that are no colour as an OpenEXR file, as they are.
 
     Raises
     ------
     FaceZipError
         ``CANNOT_WRITE``, naming the file and the reason.
     """
-    _encode_file(path, values[:, :, None], 0)
+    _encode_file(path, values.reshape(*values.shape[:2], -1), 0)
 
 
 def _encode_file(
@@ -131,13 +138,20 @@ def _encode_file(
     output = oiio.ImageOutput.create(str(path))
     if output is None:
         raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{path}: {reason(oiio)}; use .png, .tif or .exr")
+
+    def band(top: int, bottom: int) -> NDArray[Any]:
+        return np.ascontiguousarray(convert(texels[top:bottom]))
+
     with muted_stderr:
         written = output.open(str(path), spec)
         for top in range(0, height, BAND):
-            band = texels[top : top + BAND]
-            written = written and output.write_scanlines(top, top + len(band), 0, np.ascontiguousarray(convert(band)))
+            bottom = min(top + BAND, height)
+            written = written and output.write_scanlines(top, bottom, 0, band(top, bottom))
             memory.ease()
         why = reason(output)
         written = output.close() and written
+    if written and not has_arrived(path, band):
+        full = shutil.disk_usage(path.parent).free < FULL
+        written, why = False, os.strerror(errno.ENOSPC) if full else "the disk refused a part of it"
     if not written:
         raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{path}: cannot write the image ({why}); check space and rights")

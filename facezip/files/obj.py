@@ -6,6 +6,7 @@ twelve kept ones (docs/meshes.md) none does so for all valid spellings, and none
 
 import codecs
 import os
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -51,17 +52,33 @@ class Topology:
         return all(np.array_equal(a, b) for a, b in zip(mine, theirs, strict=True))
 
 
-def only_material(vertices: NDArray[np.float32], topology: Topology, name: str) -> tuple[NDArray[np.float32], Topology]:
-    """The faces of one material, with the vertices ``(V, 3)`` and UVs that they use, in their order."""
-    if name not in topology.materials:
+def only_materials(
+    vertices: NDArray[np.float32], topology: Topology, names: Collection[str]
+) -> tuple[NDArray[np.float32], Topology]:
+    """The faces of some materials, with the vertices ``(V, 3)`` and UVs that they use, in their order.
+
+    Raises
+    ------
+    FaceZipError
+        ``UNKNOWN_NAME``: there is no such material.
+    """
+    missing = next((name for name in names if name not in topology.materials), None)
+    if missing is not None:
         known = ", ".join(f"'{material}'" for material in topology.materials)
-        raise FaceZipError(ErrorCode.UNKNOWN_NAME, f"no material '{name}'; this mesh has {known}")
+        raise FaceZipError(ErrorCode.UNKNOWN_NAME, f"no material '{missing}'; this mesh has {known}")
     if topology.face_material is None:
         return vertices, topology
-    mine = topology.face_material == topology.materials.index(name)
+    kept = [number for number, name in enumerate(topology.materials) if name in names]
+    mine = np.isin(topology.face_material, kept)
     used, faces = np.unique(topology.faces[mine], return_inverse=True)
     used_uv, face_uv = np.unique(topology.face_uv[mine], return_inverse=True)
-    part = Topology(faces.astype(np.int32), topology.uv[used_uv], face_uv.astype(np.int32), (name,))
+    part = Topology(
+        faces.astype(np.int32).reshape(-1, 3),
+        topology.uv[used_uv],
+        face_uv.astype(np.int32).reshape(-1, 3),
+        tuple(topology.materials[number] for number in kept),
+        np.searchsorted(kept, topology.face_material[mine]) if len(kept) > 1 else None,
+    )
     return vertices[used], part
 
 

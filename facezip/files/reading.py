@@ -1,8 +1,11 @@
 """What all readers share: no error of the system or of memory leaves them as anything but a ``FaceZipError``."""
 
-from collections.abc import Iterator
+import os
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TypeVar
 
 from facezip.errors import ErrorCode, FaceZipError
 
@@ -10,6 +13,11 @@ from facezip.errors import ErrorCode, FaceZipError
 SPARE = 2**28
 # ... and where it is a larger multiple of its file. Albedo and difference maps stay below fifty.
 MOST_EXPANSION = 200
+
+# Of a folder that writers replace all the time: a reading takes longer than the renames between which it fails.
+ATTEMPTS = 50
+
+Found = TypeVar("Found")
 
 
 @contextmanager
@@ -31,6 +39,55 @@ def reading(path: Path) -> Iterator[None]:
         raise FaceZipError(
             ErrorCode.TOO_LARGE, f"{path}: does not fit into memory; make it smaller or use a larger machine"
         ) from None
+
+
+def undisturbed(folder: Path, read: Callable[[], Found]) -> Found:
+    """What ``read`` makes of a folder; again if another folder took its place meanwhile, so that it is never of both.
+
+    Raises
+    ------
+    FaceZipError
+        What ``read`` raises of a folder that stays; ``CANNOT_READ``: none stays for long enough.
+    """
+    for attempt in range(ATTEMPTS):
+        with _held(folder) as stays:
+            try:
+                found = read()
+            except FaceZipError:
+                if stays():
+                    raise
+            else:
+                if stays():
+                    return found
+        time.sleep(attempt / 1000)
+    raise FaceZipError(
+        ErrorCode.CANNOT_READ, f"{folder}: another program replaces it again and again; read it when that is done"
+    )
+
+
+@contextmanager
+def _held(folder: Path) -> Iterator[Callable[[], bool]]:
+    """Whether the path still stands for what it stands for now: which is open, so that nothing else has its number."""
+    try:
+        descriptor = os.open(folder, os.O_RDONLY)
+    except FileNotFoundError:
+        yield lambda: not os.path.lexists(folder)
+        return
+    except OSError:
+        # Windows opens no folders, and does not rename what is open.
+        yield lambda: True
+        return
+    try:
+        yield lambda: _is(descriptor, folder)
+    finally:
+        os.close(descriptor)
+
+
+def _is(descriptor: int, path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(descriptor), path.stat())
+    except OSError:
+        return False
 
 
 def check_expansion(what: Path, decoded: int, stored: int, spare: int = SPARE) -> None:

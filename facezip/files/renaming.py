@@ -17,6 +17,7 @@ if sys.platform != "win32":
 
 _AT_CWD = -100
 _EXCHANGE = 2
+_FASTER = (errno.ENOENT, errno.EEXIST, errno.ENOTEMPTY)
 _UNSUPPORTED = (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EPERM)
 
 
@@ -85,10 +86,17 @@ def recover(target: Path) -> None:
 
 def put_in_place(new: Path, target: Path) -> None:
     """Rename a folder to ``target``, in the place of an older one; that one is then ``new`` or is gone."""
-    if not os.path.lexists(target):
-        os.rename(new, target)
-    elif not exchange(new, target):
-        _move_aside_first(new, target)
+    while True:
+        try:
+            if not os.path.lexists(target):
+                os.rename(new, target)
+                return
+            if exchange(new, target) or _move_aside_first(new, target):
+                return
+        except OSError as error:
+            # Another writer was faster, between a look and a rename; ours is still to be put there.
+            if error.errno not in _FASTER or not os.path.lexists(new):
+                raise
 
 
 def exchange(a: Path, b: Path) -> bool:
@@ -107,13 +115,19 @@ def exchange(a: Path, b: Path) -> bool:
     return not failed
 
 
-def _move_aside_first(new: Path, target: Path) -> None:
+def _move_aside_first(new: Path, target: Path) -> bool:
+    """False where another writer has put something else there meanwhile."""
     aside = target.with_name(f".{target.name}.{os.urandom(8).hex()}.old")
-    with Locked(target, wait=True):
+    with Locked(target, wait=True) as lock:
+        if lock.gone:
+            return False
         os.rename(target, aside)
         try:
             os.rename(new, target)
         except OSError:
-            os.rename(aside, target)
+            # Where another one is there by now, the old one is a leftover.
+            if not os.path.lexists(target):
+                os.rename(aside, target)
             raise
         os.rename(aside, new)
+    return True

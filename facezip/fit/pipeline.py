@@ -1,12 +1,12 @@
 """The main job as one call: load, check, fit, write, and measure what was written."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from facezip.character.alignment import alignments, worst_of
+from facezip.character.alignment import alignments, misregistered, undecided
 from facezip.character.loading import load_character
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
@@ -15,6 +15,7 @@ from facezip.files.values import read_values
 from facezip.files.writing import check_target
 from facezip.fit.choice import Choice, choose
 from facezip.fit.importance import Importance, importance_files
+from facezip.fit.mask_folder import read_masks
 from facezip.fit.methods import compress
 from facezip.fit.settings import Settings, made_with
 from facezip.names import printable
@@ -38,6 +39,7 @@ class Request:
     map_weights : how much a map counts.
     keep_floats : whether floats outside [0, 1] are kept, with their range.
     clean : those of :data:`facezip.cleaning.steps.STEPS` that are taken before the fit.
+    given_masks : a folder of masks (:func:`facezip.fit.mask_folder.read_masks`), or None.
     """
 
     method: str = "refined"
@@ -48,6 +50,7 @@ class Request:
     map_weights: Mapping[str, float] = field(default_factory=dict)
     keep_floats: bool = False
     clean: tuple[str, ...] = ()
+    given_masks: Path | None = None
 
     @property
     def goals(self) -> dict[str, float]:
@@ -61,6 +64,10 @@ class Request:
         stated = made_with(self.method, asdict(self.settings)) | self.goals
         if self.map_weights:
             stated["map_weights"] = dict(self.map_weights)
+        if self.given_masks is not None:
+            # As many as there are in the folder; nothing of them is random.
+            stated = {name: value for name, value in stated.items() if name not in ("masks", "seed")}
+            stated["given_masks"] = self.given_masks.name
         if self.clean:
             stated["clean"] = list(self.clean)
         return stated if self.importance is None else {**stated, "importance": self.importance.name}
@@ -91,11 +98,13 @@ def compress_into(
     start = perf_counter()
     request.settings.check(request.method)
     check_target(output, overwrite, is_pack)
+    given = None if request.given_masks is None else read_masks(request.given_masks)
     cleaned = clean(load_character(character, keep_floats=request.keep_floats), request.clean)
     scans = cleaned.character
-    off = misregistered(scans)
-    if off:
-        warn(registration_warning(character, off))
+    found = alignments(scans)
+    off, unknown = misregistered(found), undecided(found)
+    if off or unknown:
+        warn(registration_warning(character, off, unknown))
     importance = None if request.importance is None else read_importance(request.importance, scans)
     choice = None
     stated = request.stated
@@ -105,13 +114,20 @@ def compress_into(
         stated |= {"differences": choice.trial.differences, "weight_scale": choice.trial.weight_scale}
     else:
         settings = asdict(request.settings)
-        model = compress(scans, request.method, **settings, importance=importance, map_weights=request.map_weights)
+        weighted: dict[str, Any] = {"importance": importance, "map_weights": request.map_weights}
+        model = compress(scans, request.method, **settings, given_masks=given, **weighted)
     document = write_measured(scans, model, output, overwrite, stated)
     if choice:
         document |= {"choice": {"reason": choice.reason, "tried": [asdict(trial) for trial in choice.tried]}}
     if request.clean:
         document["cleaning"] = cleaned.facts
-    return {**document, "pack": str(output), "misregistered": off, "seconds": round(perf_counter() - start, 3)}
+    return {
+        **document,
+        "pack": str(output),
+        "misregistered": off,
+        "unknown": unknown,
+        "seconds": round(perf_counter() - start, 3),
+    }
 
 
 def write_measured(
@@ -132,19 +148,20 @@ def write_measured(
     }
 
 
-def misregistered(scans: Character) -> dict[str, float]:
-    """The expressions that are off the neutral, and by how many texels of the albedo on the worst tile."""
-    worst = {name: worst_of(tiles) for name, tiles in alignments(scans, quick=True).items()}
-    return {name: round(alignment.rms, 2) for name, alignment in worst.items() if not alignment.registered}
-
-
-def registration_warning(character: str | Path, off: Mapping[str, float]) -> str:
-    """One line about expressions and how many texels they are off."""
-    worst = sorted(off, key=off.__getitem__, reverse=True)[:3]
-    some = ", ".join(f"{name} by {off[name]:.1f} texels" for name in worst) + (", ..." if len(off) > len(worst) else "")
-    verb = "is" if len(off) == 1 else "are"
-    remedy = f"textures will blur; see 'facezip check {character}'"
-    return printable(f"facezip: warning: {len(off)} of the expressions {verb} off the neutral ({some}); {remedy}")
+def registration_warning(character: str | Path, off: Mapping[str, float], unknown: Sequence[str] = ()) -> str:
+    """One line about expressions, how many texels they are off at the worst place, and those that cannot be told."""
+    parts = []
+    if off:
+        worst = sorted(off, key=off.__getitem__, reverse=True)[:3]
+        some = ", ".join(f"{name} by {off[name]:.1f} texels" if off[name] else name for name in worst)
+        more = ", ..." if len(off) > len(worst) else ""
+        parts.append(f"{len(off)} of the expressions {'is' if len(off) == 1 else 'are'} off the neutral ({some}{more})")
+    if unknown:
+        some = ", ".join(unknown[:3]) + (", ..." if len(unknown) > 3 else "")
+        have = "has" if len(unknown) == 1 else "have"
+        parts.append(f"{len(unknown)} {have} too little in common with the neutral to tell ({some})")
+    remedy = f"textures may blur; see 'facezip check {character}'"
+    return printable(f"facezip: warning: {'; '.join(parts)}; {remedy}")
 
 
 def read_importance(path: Path, scans: Character) -> Importance:

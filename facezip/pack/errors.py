@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from facezip.character.maps import ALBEDO, Key, Map, angles
 from facezip.character.scans import Character, Stack
 from facezip.files.images import Texels, to_float
+from facezip.files.reading import undisturbed
 from facezip.machine.progress import track
 from facezip.machine.rows import sum_rows
 from facezip.pack.measure import encoded, model_squares, texels_seen, texture_square
@@ -44,7 +45,7 @@ def pack_errors(character: Character, path: str | Path) -> Errors:
         What :func:`facezip.read_pack` raises.
     """
     folder = Path(path)
-    return model_errors(character, read_stored(folder, verify_pack(folder)))
+    return model_errors(character, undisturbed(folder, lambda: read_stored(folder, verify_pack(folder))))
 
 
 def texture_errors(character: Character, texels: Callable[[str, Key], Texels]) -> Errors:

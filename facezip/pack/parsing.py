@@ -11,6 +11,7 @@ from typing import Any
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.reading import reading
+from facezip.names import one_form
 from facezip.pack import version_1, version_2
 from facezip.pack.checks import first_out_of_range
 from facezip.pack.manifest import (
@@ -19,6 +20,7 @@ from facezip.pack.manifest import (
     GeometryEntry,
     Manifest,
     MapEntry,
+    MasksEntry,
     StoredFile,
     TextureEntry,
     TileEntry,
@@ -54,7 +56,9 @@ def read_manifest(folder: Path) -> Manifest:
     wrong = first_out_of_range(manifest)
     if wrong:
         raise bad_pack(folder, f"'{wrong}' in {FILE_NAME} is out of range")
-    return manifest if manifest.name else replace(manifest, name=folder.resolve().stem)
+    # Packs of earlier versions may hold names as a file system wrote them.
+    expressions = tuple(map(one_form, manifest.expressions))
+    return replace(manifest, expressions=expressions, name=manifest.name or folder.resolve().stem)
 
 
 def begins_like_a_manifest(path: Path) -> bool:
@@ -79,14 +83,16 @@ def manifest_of(document: dict[str, Any]) -> Manifest:
     """A manifest of version 3's document, lists as tuples; ValueError, TypeError or KeyError for any other."""
     known = {each.name for each in fields(Manifest)}
     odd = {*document} ^ known
-    if odd:
-        raise ValueError(f"field '{min(odd)}' is {'missing' if min(odd) in known else 'unknown'}")
+    if odd - {"masks"}:
+        first = min(odd - {"masks"})
+        raise ValueError(f"field '{first}' is {'missing' if first in known else 'unknown'}")
     document = dict(document)
-    geometry = document.pop("geometry")
+    geometry, masks = document.pop("geometry"), document.pop("masks", None)
     return Manifest(
         maps=tuple(MapEntry(**entry) for entry in document.pop("maps")),
         tiles=tuple(_tile(dict(entry)) for entry in document.pop("tiles")),
         geometry=None if geometry is None else GeometryEntry(**geometry),
+        masks=None if masks is None else MasksEntry(**masks),
         files={name: StoredFile(**entry) for name, entry in document.pop("files").items()},
         **document,
     )

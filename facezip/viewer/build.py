@@ -22,6 +22,8 @@ BUNDLE = HERE / "bundle"
 def build(bundle: Path = BUNDLE, check: bool = False) -> None:
     """Write ``viewer.js``, ``viewer.css`` and the licences of what is bundled into the folder ``bundle``.
 
+    Its folder ``three`` is what ``facezip export --to three`` copies: the head as a module, its types, and three.js.
+
     Parameters
     ----------
     bundle : replaced as a whole, and only when everything was built.
@@ -60,7 +62,9 @@ def _npm() -> tuple[list[str], dict[str, str]]:
 
 
 def _run(command: list[str], folder: Path, environment: dict[str, str]) -> None:
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, errors="replace", check=False
+    )
     if done.returncode:
         raise RuntimeError(f"'{' '.join(command[-3:])}' failed:\n{(done.stderr or done.stdout).strip()}")
 

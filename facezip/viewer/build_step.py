@@ -13,6 +13,8 @@ class BuildWithViewer(build_py):  # type: ignore[misc]
     def run(self) -> None:
         """Called by setuptools; ``facezip view`` itself says what to do where the bundle is missing."""
         script = Path(__file__).with_name("build.py")
-        done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            [sys.executable, str(script)], capture_output=True, text=True, errors="replace", check=False
+        )
         self.announce((done.stdout + done.stderr).strip(), level=3 if done.returncode else 2)
         super().run()

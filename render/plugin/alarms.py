@@ -1,7 +1,7 @@
 """How often the test cries wolf, and what it finds: A/A comparisons, and the same with injected defects.
 
 Renders of the embedded character from its compressed textures become a reference, others of the same textures and of
-spoilt ones are compared with it. No render serves twice.
+spoilt ones are compared with it; so are scenes with regions of one exact value. No render serves twice.
 """
 
 from collections.abc import Iterator, Sequence
@@ -19,6 +19,7 @@ from facezip.machine.progress import track
 from render.llvm import start
 from render.paired import PairedRenderer
 from render.plugin.defects import injected_defects
+from render.plugin.flats import FLATS, FlatScene, flat_scenes
 from render.plugin.reference import Reference
 from render.skins import Skin, SkinMaps, upload
 from scenes.cameras import VIEWS, frame_of
@@ -28,6 +29,8 @@ from scenes.materials import MATERIALS
 
 LEVELS = (0.05, 0.01, 0.001)
 CONFIDENCE = 0.95
+# Samples per pixel of scenes with flat regions: as many as tests have.
+FLAT_SPP = 16
 
 
 @dataclass(frozen=True)
@@ -54,13 +57,14 @@ class Trials:
 
 
 def measure_alarms(trials: Trials, level: float) -> dict[str, Any]:
-    """Compare equal and defective renders with references, and count what falls below the level.
+    """Compare equal and changed renders with references, and count what falls below the level.
 
     Returns
     -------
     ``false_alarms``: ``trials``, ``count``, ``rate`` and its 95 % ``interval`` (Clopper and Pearson 1934) at ``level``;
     ``levels``: the same at others; ``defects``: the same for each defect, found and not, with the rate of every
-    ``rig, material``; ``seconds``; ``conditions``.
+    ``rig, material``; ``flats``: for each of :func:`render.plugin.flats.flat_scenes` the ``levels`` of equal renders,
+    and the rates at ``level`` of those whose ``flat`` or ``noisy`` part is changed; ``seconds``; ``conditions``.
     """
     begin = perf_counter()
     versions = start()
@@ -70,11 +74,13 @@ def measure_alarms(trials: Trials, level: float) -> dict[str, Any]:
         for name, probability in probabilities.items():
             found.setdefault(name, {}).setdefault(case, []).append(probability)
     equal = np.concatenate([*found.pop(_EQUAL).values()])
+    flats = _flats(trials, level)
     return {
         "level": level,
         "false_alarms": _rate(equal, level),
-        "levels": [{"level": other, **_rate(equal, other)} for other in LEVELS],
+        "levels": _levels(equal),
         "defects": {name: _rates(cases, level) for name, cases in found.items()},
+        "flats": flats,
         "seconds": round(perf_counter() - begin, 2),
         "conditions": {**versions, **asdict(trials), "sampler": "multijitter", "character": "embedded, smile, refined"},
     }
@@ -86,6 +92,39 @@ _EQUAL = "equal"
 def _rates(cases: dict[str, list[float]], level: float) -> dict[str, Any]:
     per_case = {case: float(np.mean(np.array(values) < level)) for case, values in cases.items()}
     return {**_rate(np.concatenate([*cases.values()]), level), "per_case": per_case}
+
+
+def _levels(probabilities: NDArray[np.float64]) -> list[dict[str, Any]]:
+    return [{"level": level, **_rate(probabilities, level)} for level in LEVELS]
+
+
+def _flats(trials: Trials, level: float) -> dict[str, dict[str, Any]]:
+    found: dict[str, dict[str, list[float]]] = {}
+    for name, probabilities in track(
+        _flat_comparisons(trials), "Comparing flats", FLATS * trials.references * trials.tests
+    ):
+        for change, probability in probabilities.items():
+            found.setdefault(name, {}).setdefault(change, []).append(probability)
+    return {
+        name: {"levels": _levels(np.array(changes.pop(_EQUAL)))}
+        | {change: _rate(np.array(values), level) for change, values in changes.items()}
+        for name, changes in found.items()
+    }
+
+
+def _flat_comparisons(trials: Trials) -> Iterator[tuple[str, dict[str, float]]]:
+    """The same for scenes with flat regions, whose values differ from reference to reference."""
+    seeds, rng = count(trials.seed), np.random.default_rng(trials.seed)
+    for _ in range(trials.references):
+        for scene in flat_scenes(rng.uniform(0.05, 0.95, 3), trials.resolution, FLAT_SPP):
+
+            def light(renders: int, scene: FlatScene = scene) -> NDArray[np.float32]:
+                return np.stack([scene.light(next(seeds)) for _ in range(renders)])
+
+            reference = Reference.of(scene.pictures(light(trials.reference_renders))[_EQUAL])
+            for _ in range(trials.tests):
+                pictures = scene.pictures(light(trials.renders))
+                yield scene.name, {name: reference.compare(images).probability for name, images in pictures.items()}
 
 
 def _rate(probabilities: NDArray[np.float64], level: float) -> dict[str, Any]:

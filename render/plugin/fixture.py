@@ -51,8 +51,9 @@ class ImageCheck:
 
         Parameters
         ----------
-        source : a Mitsuba scene dict; a function from a seed to an image; an image; or a list of independent renders
-            of it. Images are ``(H, W)``, ``(H, W, 3)`` or ``(H, W, 4)``, scene-linear floats or 8- or 16-bit integers.
+        source : a Mitsuba scene, as a dict or loaded; a function from a seed to an image; an image; or a list of
+            independent renders of it. Images are ``(H, W)``, ``(H, W, 3)`` or ``(H, W, 4)``, scene-linear floats or 8-
+            or 16-bit integers.
         name : which image of the test this is, where it checks several.
         spp : samples per pixel of a scene.
         renders, reference_renders : independent renders of a scene or function that make a test, and a reference.

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from render.plugin.imports import choose_llvm_in_time
 from render.plugin.settings import PROPERTY, Settings, add_options
 
 if TYPE_CHECKING:
@@ -17,8 +18,9 @@ _RESULTS = pytest.StashKey[list[dict[str, Any]]]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the flags of the plugin."""
+    """Add the flags of the plugin; called before any conftest.py, which may import Mitsuba."""
     add_options(parser)
+    choose_llvm_in_time()
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.writing import write_whole
 from render.exr import read_conditions, read_exr, write_exr
-from render.plugin.statistics import STATISTICS, Ratios, Spread, leave_one_out, noise_ratios, probability
+from render.plugin.statistics import STATISTICS, Ratios, Spread, leave_one_out, noise_ratios, probability, rounding_of
 
 FORMAT = "facezip-reference/1"
 # Fewer renders say too little of their own noise.
 FEWEST_RENDERS = 8
+# A comparison that is less probable is looked at again, without each of its renders.
+UNLIKELY = 0.01
 _LARGEST_HALF = np.float32(65504)
 
 
@@ -78,13 +80,25 @@ class Reference:
         return Reference(_stored(mean), _stored(error), count, leave_one_out(renders))
 
     def compare(self, renders: NDArray[np.float32]) -> Comparison:
-        """Compare the mean of ``(n, H, W, C)`` independent renders, n ≥ 1, none of which is part of the reference."""
-        image = np.clip(renders, -_LARGEST_HALF, _LARGEST_HALF).mean(axis=0, dtype=np.float64)
+        """Compare the mean of ``(n, H, W, C)`` independent renders, n ≥ 1, none of which is part of the reference.
+
+        What looks like a difference has to be one without any single render too: an event that is too rare for the
+        reference to know shows in one alone.
+        """
+        clipped = np.clip(renders, -_LARGEST_HALF, _LARGEST_HALF).astype(np.float64)
+        found = self._judge(clipped)
+        if len(clipped) > 2 and found.probability < UNLIKELY:
+            others = (self._judge(np.delete(clipped, k, axis=0)) for k in range(len(clipped)))
+            likelier = max(others, key=lambda one: one.probability)
+            found = likelier if likelier.probability >= UNLIKELY else found
+        return replace(found, image=clipped.mean(axis=0).astype(np.float32))
+
+    def _judge(self, renders: NDArray[np.float64]) -> Comparison:
         mean = self.mean.astype(np.float64)
-        variance = np.square(self.error, dtype=np.float64) * self.renders
-        share = 1 / len(renders) + 1 / self.renders
-        ratios = noise_ratios(image - mean, mean, variance, share, self.renders)
-        return Comparison(*probability(ratios, self.spreads), image.astype(np.float32), ratios)
+        # No smaller than what may have been rounded to it.
+        error = self.error + rounding_of(self.error)
+        ratios = noise_ratios(renders, mean, np.square(error) * self.renders, self.renders, rounding_of(mean))
+        return Comparison(*probability(ratios, self.spreads), renders.mean(axis=0).astype(np.float32), ratios)
 
     def write(self, path: Path, conditions: Mapping[str, str]) -> None:
         """Write a multi-part OpenEXR file, whole or not at all, with conditions as its attributes.

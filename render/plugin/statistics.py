@@ -18,10 +18,10 @@ from scipy import ndimage, stats
 # Sides of the blocks in pixels; blocks overlap by half.
 SCALES = (1, 4, 8, 16)
 STATISTICS = tuple(f"{kind}_{scale}" for kind in ("largest", "sum") for scale in SCALES)
+# References are stored as half floats: eleven bits of numbers from 2^-14 on, and the same steps below.
+HALF_BITS, HALF_SMALLEST = 11, 2.0**-14
 # A ratio beyond this adds no more to a sum: single outliers are the business of the largest ratio.
 OUTLIER = 4.0
-# References are stored as half floats: ten bits and the implied one, and the smallest step.
-HALF_PRECISION, HALF_STEP = 2.0**-11, 2.0**-24
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,40 +38,59 @@ class Ratios:
     freedom: NDArray[np.float64]
 
 
+def rounding_of(mean: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Half the distance to the next half float: how far the value that was rounded may lie from ``mean``."""
+    _, exponent = np.frexp(np.maximum(np.abs(mean), HALF_SMALLEST))
+    return np.exp2(exponent - HALF_BITS - 1.0)
+
+
 def noise_ratios(
-    difference: NDArray[np.float64],
+    test: NDArray[np.floating],
     mean: NDArray[np.float64],
     variance: NDArray[np.float64],
-    share: float,
     renders: int,
+    reach: NDArray[np.float64] | None = None,
 ) -> dict[int, Ratios]:
     """The ratios at every scale.
 
     Parameters
     ----------
-    difference : ``(H, W, C)``, test minus reference.
-    mean, variance : ``(H, W, C)`` of a single render, as ``renders`` renders estimate them.
-    share : variance of ``difference`` over that of a single render: 1/n + 1/renders for a test of n renders.
-    renders : from which the variance was estimated, at least 3.
+    test : ``(n, H, W, C)``, n ≥ 1 independent renders.
+    mean, variance : ``(H, W, C)``: the reference, and the variance of a single render, as ``renders`` renders estimate
+        them, at least 3.
+    reach : ``(H, W, C)``: how far the true means of those renders may lie from ``mean``; None where they are it. Over
+        a region of one value that is one error for all, so that a block's reach is the sum of its pixels'.
     """
     # A pixel is not trusted to be quieter than its neighbourhood: what it has not shown yet, its neighbours may have.
     smooth = ndimage.uniform_filter(variance, (3, 3, 0), mode="nearest")
-    rounding = np.square(HALF_PRECISION * mean) + HALF_STEP**2
+    share = 1 / len(test) + 1 / renders
+    rounding = np.square(rounding_of(mean))
     of_pixels = share * np.maximum(variance, smooth) + rounding
+    moved = test - mean
+    # Both say how noisy a block is: a rare event that the reference lacks is known by being in few renders of the test.
+    weight, weight_test = (np.array([renders - 1, len(test) - 1]) / (renders + len(test) - 2)).tolist()
     ratios = {}
     for scale in SCALES:
         total, squares = block_sums(of_pixels, scale), block_sums(np.square(of_pixels), scale)
+        sums = block_sums(moved, scale)
+        own = share * sums.var(axis=0, ddof=1) + block_sums(rounding, scale) if len(test) > 1 else np.zeros_like(total)
+        pooled = weight * total + weight_test * own
         # Welch and Satterthwaite: a sum of variances of unlike size counts as fewer estimates than it has terms.
-        freedom = (renders - 1) * np.square(total) / squares
-        ratios[scale] = Ratios(block_sums(difference, scale) / np.sqrt(total), freedom)
+        freedom = np.square(pooled) / (
+            weight**2 * squares / (renders - 1) + weight_test**2 * np.square(own) / max(len(test) - 1, 1)
+        )
+        difference = sums.mean(axis=0)
+        if reach is not None:
+            difference -= np.clip(difference, -(within := block_sums(reach, scale)), within)
+        ratios[scale] = Ratios(difference / np.sqrt(pooled), freedom)
     return ratios
 
 
 def block_sums(image: NDArray[np.float64], scale: int) -> NDArray[np.float64]:
-    """Sums of ``(H, W, C)`` over blocks of ``scale`` pixels a side, one every half side; smaller at the lower right."""
+    """Sums of ``(…, H, W, C)`` over blocks of ``scale`` pixels a side, one every half side; smaller at their ends."""
     step = max(scale // 2, 1)
     sums = image
-    for axis in (0, 1):
+    for axis in (-3, -2):
         sums = np.add.reduceat(sums, np.arange(0, image.shape[axis], step), axis=axis)
         if step < scale and sums.shape[axis] > 1:
             sums = sums.take(np.arange(sums.shape[axis] - 1), axis) + sums.take(np.arange(1, sums.shape[axis]), axis)
@@ -109,7 +128,8 @@ class Spread:
         score /= np.sqrt(1 + 1 / self.count)
         if name.startswith("sum"):
             return float(stats.t.sf(score, self.count - 1))
-        return float(stats.gumbel_r.sf(score * np.pi / np.sqrt(6) + np.euler_gamma))
+        # Bounded, lest its double exponential overflow.
+        return float(stats.gumbel_r.sf(max(score * np.pi / np.sqrt(6) + np.euler_gamma, -100.0)))
 
 
 def leave_one_out(renders: NDArray[np.float32]) -> dict[str, Spread]:
@@ -122,7 +142,7 @@ def leave_one_out(renders: NDArray[np.float32]) -> dict[str, Spread]:
     for one in moved:
         mean = (total - one) / (count - 1)
         variance = np.maximum((squares - np.square(one)) / (count - 1) - np.square(mean), 0) * (count - 1) / (count - 2)
-        ratios = noise_ratios(one - mean, centre + mean, variance, 1 + 1 / (count - 1), count - 1)
+        ratios = noise_ratios((one + centre)[None], centre + mean, variance, count - 1)
         found.append(statistics(ratios))
     spreads = {}
     for name in STATISTICS:

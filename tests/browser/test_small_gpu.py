@@ -54,6 +54,23 @@ def test_weight_maps_lie_in_as_many_layers_as_the_limit_asks_for(context, pack):
         assert_layouts(viewer, read_pack(pack), BLENDS)
 
 
+@pytest.mark.parametrize("floats", [True, False])
+def test_weight_maps_larger_than_a_texture_may_be_are_refused_in_words(context, tmp_path, floats):
+    write_pack(random_maps(size=(32, 48), weights=(32, 48)), tmp_path / "a.facezip")
+    lacking = LIMIT.replace("LIMIT", "32") + ("" if floats else f"\n{{ {FLOATS} }}")
+    with viewing(context, tmp_path / "a.facezip", script=lacking) as viewer:
+        said = viewer.page.locator("#status").text_content()
+        assert "this GPU takes textures of up to 32 texels, a weight map has 48 × 32" in said
+
+
+def test_a_shader_that_the_driver_refuses_is_said(context, pack):
+    refusing = """const kind = WebGL2RenderingContext.prototype, give = kind.shaderSource;
+kind.shaderSource = function (shader, text) { give.call(this, shader, text.replace("albedo_or_clay", "#error")); };"""
+    with viewing(context, pack, script=refusing) as viewer:
+        viewer.page.locator("#limits li").first.wait_for()
+        assert words(viewer) == ["Not everything is shown: this GPU does not take a shader of this page."]
+
+
 def test_textures_that_are_too_large_are_shown_smaller_and_it_is_said(context, pack):
     model, blend = read_pack(pack), {"expr_1": 0.5}
     with viewing(context, pack, script=LIMIT.replace("LIMIT", "32")) as viewer:

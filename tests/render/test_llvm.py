@@ -50,5 +50,18 @@ def test_dr_jit_imported_too_early_is_one_clear_error():
     assert "Dr.Jit was imported earlier" in done.stderr.splitlines()[-1]
 
 
+@pytest.mark.skipif(not [path for path in OLD if "-14" not in path.name], reason="no LLVM 15 or 16 on this system")
+def test_a_scene_of_the_image_test_is_not_begun_with_a_library_that_aborts():
+    script = """import mitsuba as mi; mi.set_variant('llvm_ad_rgb')
+from render.plugin.sources import renders_of
+renders_of(mi.cornell_box(), range(1), 1)"""
+    environment = {key: value for key, value in os.environ.items() if key != "DRJIT_LIBLLVM_PATH"}
+    done = subprocess.run(
+        [sys.executable, "-c", script], env=environment, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.returncode == 1
+    assert "Dr.Jit was imported earlier" in done.stderr.splitlines()[-1]
+
+
 def test_starting_again_answers_the_same():
     assert start() == start()

@@ -11,18 +11,26 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tests.trust.claims import check_claims
+from tests.trust.contention import check_contention
 from tests.trust.damage import check_damage
 from tests.trust.findings import Row
 from tests.trust.fuzz import check_fuzz
 from tests.trust.kills import check_kills
+from tests.trust.ladder import check_ladder
 from tests.trust.meshes import check_meshes
 from tests.trust.mutants import check_mutants
 from tests.trust.names import check_names
+from tests.trust.power import check_power
+from tests.trust.refusals import check_refusals
 from tests.trust.same import check_same
 
 CHECKS: dict[str, Callable[[Path, float], list[Row]]] = {
     "damage": check_damage,
     "kills": check_kills,
+    "power": check_power,
+    "refusals": check_refusals,
+    "ladder": check_ladder,
+    "contention": check_contention,
     "claims": check_claims,
     "names": check_names,
     "mutants": check_mutants,

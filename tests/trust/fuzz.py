@@ -7,6 +7,7 @@ and is read by the tests from then on.
 
 import argparse
 import hashlib
+import logging
 import random
 import re
 import shutil
@@ -26,11 +27,12 @@ from facezip.files.obj import read_obj
 from facezip.files.values import read_values
 from facezip.pack.manifest import FILE_NAME
 from facezip.pack.read import read_pack
+from tests.facezip.character.gltfs import full_scene
 from tests.facezip.conftest import random_character
 from tests.facezip.surfaces import random_surface
 from tests.trust import mutations
 from tests.trust.children import in_child
-from tests.trust.damage import GOLDEN, LAYERED
+from tests.trust.damage import GOLDEN, LAYERED, MASKED
 from tests.trust.findings import Row
 from tests.trust.mutants import COMPRESSIONS, store_as
 from tests.trust.statements import make_statements
@@ -42,6 +44,7 @@ TEXTUAL = {
     ".json": [mutations.change_token] * 6,
     ".toml": [mutations.change_token] * 6,
     ".glb": [mutations.change_number] * 12,
+    ".gltf": [mutations.change_number, mutations.change_token] * 6,
 }
 
 LAYOUT = """meshes = "{name}.obj"
@@ -56,6 +59,9 @@ encoding = "data"
 float = true
 """
 
+# Notes on valid files are no findings, and would fill the terminal.
+logging.getLogger("facezip").addHandler(logging.NullHandler())
+
 # A file of the corpus → the reader that gets it, and the folder in which it stands.
 READERS: dict[str, Callable[[Path], Any]] = {
     "image": read_texture,
@@ -64,6 +70,7 @@ READERS: dict[str, Callable[[Path], Any]] = {
     "pack": lambda file: read_pack(file.parent),
     "signed pack": lambda file: read_signed(file),
     "glb": load_character,
+    "gltf": lambda file: load_character(next(file.parent.glob("*.gltf"))),
     "character": lambda file: load_character(file.parent),
     "surface": lambda file: load_character(file.parent),
 }
@@ -91,19 +98,22 @@ def make_corpus(work: Path) -> dict[str, list[Path]]:
     save_character(random_character(side=16, grid=3, expressions=2), work / "character")
     (work / "glb").mkdir()
     shutil.copytree(GOLDEN, work / "pack")
-    for golden in (GOLDEN, LAYERED):
+    for golden in (GOLDEN, LAYERED, MASKED):
         shutil.copytree(golden, work / golden.parent.name)
     save_character(random_character(side=16, grid=3, expressions=2), work / "glb" / "sheet.glb")
+    (work / "gltf").mkdir()
+    gltf = full_scene().write(work / "gltf", "gltf, files beside")
     save_character(random_surface(side=16, expressions=2, tiles=(2, 1)), work / "surface")
     (work / "surface" / SETTINGS).write_text(LAYOUT, encoding="utf-8")
     character = sorted((work / "character").iterdir())
     return {
         "glb": [work / "glb" / "sheet.glb"],
+        "gltf": [gltf, gltf, *sorted(gltf.parent.iterdir())],
         "image": images,
         "image of numbers": images,
         "mesh": [file for file in character if file.suffix == ".obj"],
         "pack": [work / "pack" / FILE_NAME, *sorted((work / "pack").glob("*.png"))[:3]],
-        "signed pack": [work / golden.parent.name / FILE_NAME for golden in (GOLDEN, LAYERED)],
+        "signed pack": [work / golden.parent.name / FILE_NAME for golden in (GOLDEN, LAYERED, MASKED)],
         "character": character,
         "surface": [work / "surface" / SETTINGS, *sorted((work / "surface").glob("neutral.*.png"))],
     }

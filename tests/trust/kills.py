@@ -1,6 +1,7 @@
 """Writers that are killed, interrupted or refused by the disk: the old pack or the new one is there, whole."""
 
 import contextlib
+import copy
 import os
 import random
 import shutil
@@ -31,7 +32,7 @@ def check_kills(work: Path, part: float) -> list[Row]:
     return [
         _random_kills(work / "exchange", max(3, round(100 * part)), _overwrite_for_ever),
         _random_kills(
-            work / "renames", max(3, round(100 * part)), lambda packs: _without_exchange(_overwrite_for_ever, packs)
+            work / "renames", max(3, round(100 * part)), lambda packs: without_exchange(_overwrite_for_ever, packs)
         ),
         _kills_at_each_rename(work / "points"),
         _full_disk(work / "disk", max(3, round(40 * part))),
@@ -55,6 +56,12 @@ class Packs:
             self.manifests.append((work / f"{number}.facezip" / FILE_NAME).read_bytes())
         self.write(0)
 
+    def at(self, folder: Path) -> "Packs":
+        """The same packs, of which one lies in another folder."""
+        other = copy.copy(self)
+        other.folder, other.path = folder, folder / self.path.name
+        return other
+
     def write(self, number: int) -> None:
         write_pack(self.models[number], self.path, name="me", overwrite=self.path.exists())
 
@@ -66,6 +73,10 @@ class Packs:
         except (FaceZipError, OSError) as error:
             return str(error)
         return "" if known else "neither the old nor the new pack"
+
+    def holds(self, number: int) -> bool:
+        """Whether it is the pack of that number."""
+        return (self.path / FILE_NAME).read_bytes() == self.manifests[number]
 
     def leftovers(self) -> list[str]:
         return sorted(entry.name for entry in self.folder.iterdir() if entry != self.path)
@@ -107,9 +118,10 @@ def _overwrite_for_ever(packs: Packs) -> None:
             packs.write(number)
 
 
-def _without_exchange(write: Callable[[Packs], None], packs: Packs) -> None:
+def without_exchange(write: Callable[..., None], *given: Any) -> None:
+    """Write in this process, whose system cannot exchange names."""
     renaming.exchange = lambda *_: False
-    write(packs)
+    write(*given)
 
 
 def _kills_at_each_rename(work: Path) -> Row:
@@ -171,8 +183,9 @@ def _full_disk(work: Path, count: int) -> Row:
                 faults["no clear error"] += 1
                 examples.append(f"{room} bytes: {message}")
             (work / "ballast").unlink()
-            if message:
-                _judge(packs, f"{room} bytes", faults, examples)
+            _judge(packs, f"{room} bytes", faults, examples)
+        # Refusals that never come, or come always, show nothing.
+        faults["none refused, or none done"] = int(not 0 < refused < count)
         return Row(what, count, faults, f"{refused} refused", tuple(examples))
 
 

@@ -9,6 +9,7 @@ from facezip import FaceZipError
 from tests.trust import fuzz
 from tests.trust.fuzz import FINDINGS, finding
 from tests.trust.names import CHROMIUM, MARKUP, dom_of
+from tests.trust.system_calls import MISSING, may_trace
 
 READERS = {".obj": "mesh", ".glb": "glb"}
 
@@ -19,6 +20,24 @@ def test_a_part_of_the_table_holds():
     done = subprocess.run(call, capture_output=True, text=True, timeout=500, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "FAIL" not in done.stdout
+
+
+# What each promise rests on, taken away: a check that does not notice shows nothing.
+BROKEN = {
+    "power": "from facezip.files import writing; writing._sync = lambda *_: None",
+    "refusals": "from facezip.files import images; images.has_arrived = lambda *_: True",
+    "contention": "from facezip.pack import read; read.undisturbed = lambda _, reading: reading()",
+}
+
+
+@pytest.mark.skipif(not may_trace(), reason=MISSING)
+@pytest.mark.parametrize("check", BROKEN)
+def test_the_table_finds_what_is_broken(check):
+    run = f"import sys; {BROKEN[check]}; sys.argv[1:] = '--part 0.05 --only {check}'.split(); main()"
+    call = [sys.executable, "-c", f"from tests.trust.__main__ import main; {run}"]
+    done = subprocess.run(call, capture_output=True, text=True, timeout=250, check=False)
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "FAIL" in done.stdout
 
 
 @pytest.mark.parametrize("file", sorted(FINDINGS.iterdir()), ids=lambda file: file.name)

@@ -22,8 +22,9 @@ from facezip.commands import options
 def command(level: float, as_json: bool, **settings: Any) -> None:
     """Measure the false alarms of the image test, and how surely it finds injected defects.
 
-    Equal and spoilt renders of the embedded character, under every light rig and on both materials, are compared with
-    references of independent renders: LEVEL is what the test promises not to exceed when nothing has changed.
+    Equal and spoilt renders of the embedded character, under every light rig and on both materials, and of scenes with
+    regions of one exact value, are compared with references of independent renders: LEVEL is what the test promises
+    not to exceed when nothing has changed.
     """
     from render.plugin.alarms import Trials, measure_alarms
 
@@ -37,7 +38,16 @@ def _lines(document: Mapping[str, Any]) -> list[str]:
         f"  at level {row['level']:<22g} {row['count']:4} of {trials}  {_percent(row)}" for row in document["levels"]
     ]
     found = [f"  {name:<31} {row['count']:4} of {trials}  {_percent(row)}" for name, row in document["defects"].items()]
-    return ["False alarms, nothing changed", *alarms, f"Defects found at level {document['level']:g}", *found]
+    words = ["False alarms, nothing changed", *alarms, f"Defects found at level {document['level']:g}", *found]
+    return [*words, *(line for name, scene in document["flats"].items() for line in _scene(name, scene))]
+
+
+def _scene(name: str, scene: Mapping[str, Any]) -> list[str]:
+    """A scene with regions of one value: its false alarms, and what is found of changes."""
+    rows = [(f"nothing, at level {row['level']:g}", row) for row in scene["levels"]]
+    rows += [(f"the {part} part", scene[part]) for part in ("flat", "noisy") if part in scene]
+    counts = [f"  {what:<31} {row['count']:4} of {row['trials']}  {_percent(row)}" for what, row in rows]
+    return [f"{name[0].upper()}{name[1:]}, changed:", *counts]
 
 
 def _percent(row: Mapping[str, Any]) -> str:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 
 from facezip import FaceZipError
 from facezip.files import objlines
-from facezip.files.obj import only_material, read_obj, write_obj
+from facezip.files.obj import only_materials, read_obj, write_obj
 from tests.facezip.conftest import grid_topology
 from tests.facezip.files.other_readers import disagreements
 from tests.facezip.files.spellings import Mesh, random_mesh, spell
@@ -81,7 +81,7 @@ def test_triangles_keep_the_material_of_their_polygon(place, case):
     names = [name for polygon, name in zip(mesh.polygons, mesh.materials, strict=True) for _ in polygon[2:]]
     assert set(topology.materials) == set(names)
     for material in topology.materials:
-        some, part = only_material(vertices, topology, material)
+        some, part = only_materials(vertices, topology, [material])
         mine = mesh.triangles[[name == material for name in names]]
         np.testing.assert_array_equal(some[part.faces], mesh.vertices.astype(np.float32)[mine[:, :, 0]])
         np.testing.assert_array_equal(part.uv[part.face_uv], mesh.uv.astype(np.float32)[mine[:, :, 1]])
@@ -91,7 +91,7 @@ def test_triangles_keep_the_material_of_their_polygon(place, case):
 def test_a_material_that_is_not_there_is_named(place):
     vertices, topology = read(place, f"usemtl skin\n{SQUARE}f 1/1 2/2 3/3\n")
     with pytest.raises(FaceZipError, match="no material 'eyes'; this mesh has 'skin'"):
-        only_material(vertices, topology, "eyes")
+        only_materials(vertices, topology, ["eyes"])
 
 
 @settings(deadline=None, max_examples=300)

@@ -191,6 +191,62 @@ def test_ball(facezip_image, name, radius):
     assert mean.mean() > 0.1
 
 
+LOADED = """
+import mitsuba as mi
+
+def test_ball(facezip_image):
+    mi.set_variant("scalar_rgb")
+    film = {"type": "hdrfilm", "width": 16, "height": 16, "pixel_format": "rgb"}
+    scene = mi.load_dict({
+        "type": "scene",
+        "integrator": {"type": "path"},
+        "ball": {"type": "sphere", "bsdf": {"type": "diffuse"}},
+        "light": {"type": "constant"},
+        "camera": {"type": "orthographic", "film": film},
+    })
+    facezip_image(scene, spp=4, reference_renders=8)
+"""
+
+
+def run_apart(pytester, body, *arguments):
+    """Run a test file where Mitsuba has not been imported yet."""
+    pytester.makepyfile(test_it=body)
+    return pytester.runpytest_subprocess("-p", "no:cacheprovider", *arguments)
+
+
+def test_a_loaded_scene_is_rendered(pytester):
+    run_apart(pytester, LOADED, "--facezip-generate", "baseline").assert_outcomes(skipped=1)
+    run_apart(pytester, LOADED).assert_outcomes(passed=1)
+
+
+@pytest.mark.parametrize("value", ["'a.exr'", "[object()]", "object()", "[{'type': 'scene'}]", "lambda seed: {}"])
+def test_what_is_no_image_is_one_line(generated, value):
+    result = generated(f"def test_box(facezip_image):\n    facezip_image({value})\n")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*an image is an array of numbers, not *hand over the dict*"])
+
+
+CHOSEN = """
+import drjit
+
+def test_version():
+    assert drjit.detail.llvm_version()[0] >= 17
+"""
+
+
+@pytest.mark.parametrize("early", ["test", "conftest"])
+def test_dr_jit_imported_by_a_test_has_an_llvm_that_does_not_abort(pytester, monkeypatch, early):
+    monkeypatch.delenv("DRJIT_LIBLLVM_PATH", raising=False)
+    if early == "conftest":
+        pytester.makeconftest("import drjit")
+    run_apart(pytester, CHOSEN).assert_outcomes(passed=1)
+
+
+def test_a_library_that_would_abort_is_no_choice(pytester, monkeypatch):
+    monkeypatch.setenv("DRJIT_LIBLLVM_PATH", "/nowhere/libLLVM.so")
+    run_apart(pytester, CHOSEN).assert_outcomes(passed=1)
+
+
 def test_loading_the_plugin_imports_no_renderer(pytester):
     pytester.makepyfile(
         "import sys\ndef test_light():\n    assert not {'mitsuba', 'numba', 'numpy'} & {*sys.modules}\n"

@@ -1,11 +1,13 @@
 """The test keeps its promise when nothing differs, and finds what does; on noise that is not Gaussian."""
 
+import hypothesis.strategies as st
 import numpy as np
 import pytest
+from hypothesis import given, settings
 from scipy import ndimage, stats
 
 from render.plugin.reference import Reference
-from render.plugin.statistics import SCALES, STATISTICS, Spread, block_sums, noise_ratios
+from render.plugin.statistics import SCALES, STATISTICS, Spread, block_sums, noise_ratios, rounding_of
 from tests.render.plugin.conftest import SIDE, noisy, renders, scene_mean
 
 
@@ -26,7 +28,22 @@ def filtered(seed):
     return (scene_mean() + ndimage.gaussian_filter(noise, (1, 1, 0))).astype(np.float32)
 
 
-@pytest.mark.parametrize("make", [noisy, filtered], ids=["fireflies and edges", "filtered"])
+def before_a_backdrop(seed):
+    """Noise before one value, with noise of its own that is as small as the rounding to half floats."""
+    rng = np.random.default_rng(seed)
+    image = np.float32(0.3001) * (1 + rng.normal(0, 5e-4, (SIDE, SIDE, 3)))
+    image[8:24, 8:24] = rng.normal(0.5, 0.05, (16, 16, 3))
+    return image.astype(np.float32)
+
+
+def in_8_bits(seed):
+    """One value that lies near the middle between two codes: whole renders, and single pixels, fall on either."""
+    rng = np.random.default_rng(seed)
+    image = np.full((SIDE, SIDE, 3), 0.3 + (rng.random() < 0.02) / 255)
+    return (image + (rng.random((SIDE, SIDE, 1)) < 1e-4) / 255).astype(np.float32)
+
+
+@pytest.mark.parametrize("make", [noisy, filtered, before_a_backdrop, in_8_bits])
 def test_false_alarms_are_no_more_often_than_promised(make):
     level, trials = 0.05, 200
     below = alarms(make, 20, trials // 20, level)
@@ -59,6 +76,48 @@ def test_equal_images_without_noise_pass_and_rounding_is_no_difference():
     assert reference.compare(image[None]).probability == 1
     assert reference.compare(image[None] * np.float32(1 + 1e-6)).probability == 1
     assert reference.compare(image[None] * np.float32(1.01)).probability < 1e-6
+
+
+def backdrop(seeds, value, gain=1.0):
+    """Renders of noise before one value, which is a part of what is drawn."""
+    images = [np.full((SIDE, SIDE, 3), value, np.float32) for _ in seeds]
+    for seed, image in zip(seeds, images, strict=True):
+        image[8:24, 8:24] = np.random.default_rng(seed).normal(0.5 * gain, 0.05, (16, 16, 3))
+    return np.stack(images)
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.floats(0, 6e4, width=32))
+def test_the_value_of_a_flat_region_is_no_alarm_and_hides_none(value):
+    reference = Reference.of(backdrop(range(8), value))
+    assert reference.compare(backdrop(range(100, 108), value)).probability > 0.01
+    assert reference.compare(backdrop(range(100, 108), np.float32(1.01 * value + 1e-3))).probability < 1e-6
+    assert reference.compare(backdrop(range(100, 108), value, gain=1.05)).probability < 1e-3
+
+
+@given(st.floats(-6e4, 6e4))
+def test_no_half_float_is_further_than_the_rounding_says(value):
+    stored = np.float64(np.float16(value))
+    assert abs(value - stored) <= rounding_of(stored) <= np.spacing(np.float16(max(abs(value), 2.0**-14)))
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.floats(1e-4, 6e4), st.floats(-1, 1), st.sampled_from([1, 8]))
+def test_a_difference_that_may_be_rounding_counts_nothing_in_no_block(value, part, count):
+    mean = np.full((SIDE, SIDE, 3), np.float64(np.float16(value)))
+    reach = rounding_of(mean)
+    test = np.repeat((mean + part * reach)[None], count, axis=0)
+    for ratios in noise_ratios(test, mean, np.zeros_like(mean), 32, reach).values():
+        assert not ratios.values.any()
+
+
+def test_what_one_render_alone_shows_is_an_event_and_what_all_show_a_difference():
+    reference = Reference.of(backdrop(range(32), 0.3))
+    test = backdrop(range(100, 108), 0.3)
+    test[3, :, :8] += np.float32(1 / 255)
+    assert reference.compare(test).probability > 0.01
+    test[:, :, :8] = test[3, :, :8]
+    assert reference.compare(test).probability < 1e-6
 
 
 def test_more_renders_find_less():
@@ -95,9 +154,11 @@ def test_blocks_sum_what_they_cover(scale, shape):
 def test_ratios_of_gaussian_noise_have_their_variance():
     rng = np.random.default_rng(0)
     shape = (160, 160, 3)
-    ratios = noise_ratios(rng.normal(0, 0.1, shape), np.zeros(shape), np.full(shape, 0.01), 1.0, 1000)
-    for scale in SCALES:
-        assert np.var(ratios[scale].values) == pytest.approx(1, abs=0.15)
+    for count in (1, 8):
+        test = rng.normal(0, 0.1, (count, *shape))
+        ratios = noise_ratios(test, np.zeros(shape), np.full(shape, 0.01), 1000)
+        for scale in SCALES:
+            assert np.var(ratios[scale].values) == pytest.approx(1, abs=0.15)
 
 
 @pytest.mark.parametrize("name", STATISTICS)

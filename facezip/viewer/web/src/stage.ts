@@ -39,6 +39,7 @@ export class Stage {
 
   static async open(scene: Scene, state: State): Promise<Stage> {
     const renderer = new THREE.WebGLRenderer({ canvas: byId<HTMLCanvasElement>("canvas"), antialias: true, alpha: true });
+    renderer.debug.onShaderError = () => renderer.domElement.dispatchEvent(new Event("shaderrefused"));
     renderer.toneMapping = THREE.NoToneMapping;
     renderer.shadowMap.enabled = true;
     const head = await Head.open(renderer, scene, assets);

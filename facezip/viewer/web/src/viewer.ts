@@ -13,6 +13,9 @@ import { State } from "./state";
 import { SHADOW_SIZE } from "./studio";
 
 async function start(): Promise<void> {
+  // What goes wrong where nobody waits for it: textures that come later, shaders that a driver refuses.
+  addEventListener("unhandledrejection", ({ reason }) => say(`Not everything is shown: ${wordsOf(reason)}.`));
+  byId("canvas").addEventListener("shaderrefused", () => say("Not everything is shown: this GPU does not take a shader of this page."));
   const scene = await readScene();
   showFacts(scene);
   const state = new State(scene.expressions.length);
@@ -41,11 +44,16 @@ function showFacts(scene: Scene): void {
   if (isSingle()) byId("licences").removeAttribute("href");
 }
 
-/** What this GPU cannot do, and what is shown instead; and what goes wrong later. */
+const said = new Set<string>();
+
+function say(text: string): void {
+  if (!said.has(text)) byId("limits").append(element("li", {}, text));
+  said.add(text);
+}
+
+/** What this GPU cannot do, and what is shown instead. */
 function showLimits({ scene, renderer, head, originals, canvas }: Stage): void {
   const { maxTextureSize } = renderer.capabilities;
-  const say = (text: string) => byId("limits").append(element("li", {}, text));
-  addEventListener("unhandledrejection", ({ reason }) => say(`Not everything is shown: ${wordsOf(reason)}.`));
   if (head.scale < 1) say(`This GPU has no room for the textures: they are shown at 1/${1 / head.scale} of their size.`);
   if (scene.mesh && maxTextureSize < SHADOW_SIZE) say(`This GPU takes textures of up to ${maxTextureSize} texels: shadows are coarse.`);
   if (scene.originals && !originals) say("This GPU draws no floating-point numbers: the originals cannot be shown.");

@@ -1,0 +1,67 @@
+"""What a CHARACTER is: a folder of scans, a glTF, or a folder with one glTF in it."""
+
+from pathlib import Path
+
+from facezip.character.filenames import is_litter
+from facezip.character.layout import MANIFEST, SETTINGS, holds_neutral
+from facezip.character.parts import listed
+from facezip.errors import ErrorCode, FaceZipError
+
+GLTF_SUFFIXES = (".glb", ".gltf", ".vrm")
+_STARTS = b"glTF"
+# What packs and exports have, whose heads are glTF too.
+_OURS = (MANIFEST, "facezip.json")
+
+
+def is_gltf_name(path: Path) -> bool:
+    """Whether a path ends as those of glTF files do."""
+    return path.suffix.lower() in GLTF_SUFFIXES
+
+
+def is_character(path: Path) -> bool:
+    """Whether there is a character at a path, whatever is wrong with it."""
+    return (is_gltf_name(path) and not path.is_dir()) or holds_scans(path) or bool(_gltfs_in(path))
+
+
+def holds_scans(folder: Path) -> bool:
+    """Whether a folder has a neutral mesh, or says what its files are and has no glTF."""
+    return holds_neutral(folder) or ((folder / SETTINGS).is_file() and not _gltfs_in(folder))
+
+
+def gltf_at(path: Path) -> Path | None:
+    """The glTF that a character is read from; None for a folder of scans, and where nothing is there.
+
+    Raises
+    ------
+    FaceZipError
+        ``BAD_CHARACTER``: a file of another kind, or a folder with several glTFs.
+    """
+    if is_gltf_name(path) and not path.is_dir():
+        return path
+    if path.is_file():
+        with open(path, "rb") as file:
+            if file.read(len(_STARTS)) == _STARTS:
+                return path
+        kind = path.suffix.lower() or "a file without a suffix"
+        reason = f"{kind} is no character; give a folder with neutral.obj, a .glb or a .gltf"
+        raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: {reason}")
+    inside = [] if holds_scans(path) else _gltfs_in(path)
+    if len(inside) > 1:
+        among = listed(file.name for file in inside)
+        raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: holds {among}; give one of them")
+    return inside[0] if inside else None
+
+
+def _has_meshes(folder: Path) -> bool:
+    return folder.is_dir() and any(file.suffix.lower() == ".obj" for file in _visible(folder))
+
+
+def _gltfs_in(folder: Path) -> list[Path]:
+    """The glTFs of a folder that is no pack or export, in the order of their names."""
+    if not folder.is_dir() or _has_meshes(folder) or any((folder / name).exists() for name in _OURS):
+        return []
+    return sorted(file for file in _visible(folder) if is_gltf_name(file) and file.is_file())
+
+
+def _visible(folder: Path) -> list[Path]:
+    return [file for file in folder.iterdir() if not is_litter(Path(file.name))]
