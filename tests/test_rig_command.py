@@ -48,7 +48,12 @@ def rig(folders, name, *options):
 
 
 def test_the_folder_holds_shapes_document_and_pack(answer, folders):
-    assert sorted(path.name for path in (folders / "out").iterdir()) == ["rig.json", "scans.facezip", "shapes"]
+    assert sorted(path.name for path in (folders / "out").iterdir()) == [
+        "evidence.png",
+        "rig.json",
+        "scans.facezip",
+        "shapes",
+    ]
     assert sorted(path.stem for path in (folders / "out/shapes").iterdir()) == sorted(["neutral", *SHAPES])
     stored = json.loads((folders / "out/rig.json").read_text(encoding="utf-8"))
     assert {**stored, "output": answer["output"]} == answer
@@ -130,3 +135,26 @@ def test_a_template_needs_a_neutral_and_shapes(case, tmp_path, present):
     with pytest.raises(FaceZipError) as caught:
         load_template(tmp_path, case.scans.meshes.topology)
     assert caught.value.code is ErrorCode.MISSING_FILE
+
+
+def test_cleaning_is_done_once_asked_for_and_on_record(answer, folders):
+    assert "cleaning" not in answer
+    cleaned = rig(folders, "cleaned", "--clean", "exposure", "--clean", "neutral")
+    assert list(cleaned["cleaning"]) == ["exposure", "neutral"]
+    assert cleaned["settings"]["clean"] == ["exposure", "neutral"]
+    assert set(cleaned["cleaning"]["neutral"]) == {f"{name}.{tile}" for name, tile in case_keys(answer)}
+
+
+def case_keys(answer):
+    return {(kind["name"], tile) for kind in answer["character"]["maps"] for tile in answer["character"]["tiles"]}
+
+
+def test_evidence_tells_of_geometry_and_of_textures(answer, folders):
+    for found in answer["evidence"].values():
+        assert 0 <= found["shown"] <= 1
+        assert found["uncertainty"] >= 0
+    unseen, seen = (answer["evidence"][name]["shown"] for name in ("tongue", "jaw"))
+    assert unseen < seen
+    paper = rig(folders, "paper", "--maps", "pseudo-inverse")
+    assert all("shown" not in found for found in paper["evidence"].values())
+    assert not (folders / "paper" / "evidence.png").exists()

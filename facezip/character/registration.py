@@ -12,7 +12,7 @@ from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
 from facezip.files.images import Texels
 from facezip.machine.progress import track
-from facezip.machine.rows import map_rows
+from facezip.machine.rows import by_rows, map_rows
 
 # Standard deviation of the smoothing of a displacement, in cells of its grid.
 SMOOTHING = 1.0
@@ -28,7 +28,7 @@ def register(character: Character, found: Alignments) -> tuple[Character, tuple[
     The character, and the names of the expressions that were moved: those off by more than ``LEAST`` on some tile.
     """
     moved = tuple(name for name, tiles in found.items() if any(map(_is_off, tiles.values())))
-    stacks = {key: replace(stack, textures=stack.textures.copy()) for key, stack in character.stacks.items()}
+    stacks = {key: replace(stack, textures=_copied(stack.textures)) for key, stack in character.stacks.items()}
     for name in track(moved, "Registering", len(moved)):
         n = character.index(name)
         for (_, tile), stack in stacks.items():
@@ -40,6 +40,10 @@ def register(character: Character, found: Alignments) -> tuple[Character, tuple[
                 displacement, most = smoothed(alignment) * finer, float(np.rint(1 / stack.scale))
                 stack.textures[n] = _moved(np.ascontiguousarray(stack.textures[n]), displacement, most)
     return replace(character, stacks=stacks), moved
+
+
+def _copied(textures: Texels) -> Texels:
+    return by_rows(lambda rows: textures[:, rows], textures.shape, textures.dtype, axis=1)
 
 
 def _is_off(alignment: Alignment) -> bool:

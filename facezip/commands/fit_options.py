@@ -7,6 +7,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
+from facezip.cleaning.steps import STEPS
 from facezip.commands import options
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.fit.pipeline import Request
@@ -24,8 +25,24 @@ DEFAULTS: dict[str, Any] = {
     "importance": None,
     "map_weights": (),
     "keep_floats": False,
+    "clean": (),
     "given_masks": None,
 }
+ALL = "all"
+
+
+def _steps(context: click.Context, option: click.Parameter, value: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(step for step in STEPS if step in value or ALL in value)
+
+
+clean = click.option(
+    "--clean",
+    type=click.Choice([*STEPS, ALL]),
+    multiple=True,
+    callback=_steps,
+    help="Before the fit, move textures onto the neutral's, even out their exposure, make the neutral of all scans, or "
+    "all three; says what it did. May be given several times.  [default: none]",
+)
 
 
 def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -48,6 +65,7 @@ def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option(
             "--map-weight", "map_weights", multiple=True, metavar="MAP=W", help="How much a map counts.  [default: 1]"
         ),
+        clean,
         click.option("--float", "keep_floats", is_flag=True, help="Keep floats outside 0..1, with their range."),
         _setting("masks", "K", "Masks on the face (paper, masks)."),
         click.option(
@@ -70,7 +88,7 @@ def request_of(given: Mapping[str, Any]) -> Request:
     """The request that the values of :data:`DEFAULTS` make; ``BAD_VALUE`` where a map's weight is none."""
     settings = Settings(**{name: given[name] for name in SETTINGS})
     weights = _map_weights(given["map_weights"])
-    rest = {name: given[name] for name in (*GOALS, "importance", "keep_floats", "given_masks")}
+    rest = {name: given[name] for name in (*GOALS, "importance", "keep_floats", "given_masks", "clean")}
     method = "masks" if given["given_masks"] else given["method"]
     return Request(method, settings, map_weights=weights, **rest)
 

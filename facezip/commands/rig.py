@@ -7,8 +7,8 @@ from typing import Any
 import click
 
 from facezip.commands import options
-from facezip.commands.fit_options import STREAMED
-from facezip.commands.words import megabytes
+from facezip.commands.fit_options import STREAMED, clean
+from facezip.commands.words import cleaning_words, megabytes
 from facezip.fit.settings import USED
 from facezip.machine.memory import beside, limited
 from facezip.pack.facts import several
@@ -31,6 +31,7 @@ from facezip.rigging.rigged import MAPS
     help="How the textures are compressed.",
 )
 @click.option("--maps", type=click.Choice(MAPS), default=MAPS[0], show_default=True, help="Weight maps of the shapes.")
+@clean
 @options.seed
 @options.memory
 @options.overwrite
@@ -42,13 +43,18 @@ def command(
 
     TEMPLATE holds neutral.obj and NAME.obj per shape, such as ARKit's 52, on any identity in CHARACTER's topology; it
     needs no textures. DIR then holds shapes/, the pack NAME.facezip whose expressions are the shapes, with every map
-    and UDIM tile of CHARACTER, and rig.json: what every scan is made of, and how well.
+    and UDIM tile of CHARACTER, rig.json: what every scan is made of, how well, and what scans show of each shape; and a
+    picture of that, evidence.png. Where scans do not show a shape's texture, or disagree on it, it stays the neutral's.
+
+    On scans as they come from a capture, --clean all brings all textures nearer to the truth.
     """
+    from reports.evidence import write_evidence
+
     request = RigRequest(**given)
     if memory is not None and request.method not in STREAMED:
         raise click.UsageError("--memory needs --method refined: the paper's holds all textures")
     with limited(memory, beside(output)):
-        answer = {"output": str(output), **rig_into(character, template, output, request, overwrite)}
+        answer = {"output": str(output), **rig_into(character, template, output, request, overwrite, write_evidence)}
     options.answer(answer, as_json, lambda: _lines(answer))
 
 
@@ -62,9 +68,20 @@ def _lines(answer: Mapping[str, Any]) -> list[str]:
     return [
         f"{answer['output']}: {len(answer['shapes'])} shapes from {len(fit)} scans, rigged in "
         f"{answer['seconds']['rig']:.1f} s of {answer['seconds']['total']:.1f} s",
+        *(f"  cleaned  {line}" for line in cleaning_words(answer.get("cleaning", {}))),
         f"  fit      worst scan {worst}: {left:.3g} left of {size:.3g} (RMS displacement, the mesh's unit)",
         f"  B        rank {answer['rank']} of {len(fit)}, condition {answer['condition']:.3g}",
         f"  unseen   {len(unseen)} shapes hardly in any scan: nearly the template's motion and the neutral's texture"
         + (f": {', '.join(unseen)}" if unseen else ""),
+        f"  shown    {_shown(answer)}",
         f"  pack     {pack['path']}, {gpu}",
     ]
+
+
+def _shown(answer: Mapping[str, Any]) -> str:
+    """How many shapes' textures scans determine, at least by half."""
+    shares = [found["shown"] for found in answer["evidence"].values() if "shown" in found]
+    if not shares:
+        return "nothing is known of the textures of pseudo-inverse maps"
+    half = sum(share >= 0.5 for share in shares)
+    return f"scans determine the texture of {half} of {len(shares)} shapes by half or more (evidence.png)"

@@ -32,3 +32,21 @@ def error_words(found: Mapping[str, Any]) -> str:
     each = found[f"{key}_per_expression"]
     best, worst = min(each, key=each.__getitem__), max(each, key=each.__getitem__)
     return f"{found[key]:.2f} {unit}; best {best} {each[best]:.2f}, worst {worst} {each[worst]:.2f}"
+
+
+def cleaning_words(cleaning: Mapping[str, Any]) -> list[str]:
+    """What ``--clean`` did, a line a step."""
+    lines = []
+    if "registration" in cleaning:
+        moved = cleaning["registration"]["moved"]
+        far = f", by up to {max(moved.values()):.2f} texels (rms)" if moved else ""
+        lines.append(f"registration: {len(moved)} expressions moved onto the neutral{far}")
+    if "exposure" in cleaning:
+        gains = cleaning["exposure"]["gains"]
+        most = max((abs(gain - 1) for one in gains.values() for gain in one), default=0.0)
+        lines.append(f"exposure: {len(gains)} scans evened out" + (f", by up to {100 * most:.1f} %" if gains else ""))
+    for name, found in cleaning.get("neutral", {}).items():
+        noise = f"noise {found['noise']:.2f} of 255"
+        done = f"made of {found['scans']:.1f} scans' worth, {found['removed']:.2f} of 255 changed"
+        lines.append(f"neutral {name}: {noise}, {done if found['scans'] else 'left as it is'}")
+    return lines

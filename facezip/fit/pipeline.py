@@ -10,6 +10,7 @@ from facezip.character.alignment import alignments, misregistered, undecided
 from facezip.character.loading import load_character
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
+from facezip.cleaning.steps import clean
 from facezip.files.values import read_values
 from facezip.files.writing import check_target
 from facezip.fit.choice import Choice, choose
@@ -37,6 +38,7 @@ class Request:
     importance : an image of how much a texel's error counts, or a folder of them, by map and tile.
     map_weights : how much a map counts.
     keep_floats : whether floats outside [0, 1] are kept, with their range.
+    clean : those of :data:`facezip.cleaning.steps.STEPS` that are taken before the fit.
     given_masks : a folder of masks (:func:`facezip.fit.mask_folder.read_masks`), or None.
     """
 
@@ -47,6 +49,7 @@ class Request:
     importance: Path | None = None
     map_weights: Mapping[str, float] = field(default_factory=dict)
     keep_floats: bool = False
+    clean: tuple[str, ...] = ()
     given_masks: Path | None = None
 
     @property
@@ -65,6 +68,8 @@ class Request:
             # As many as there are in the folder; nothing of them is random.
             stated = {name: value for name, value in stated.items() if name not in ("masks", "seed")}
             stated["given_masks"] = self.given_masks.name
+        if self.clean:
+            stated["clean"] = list(self.clean)
         return stated if self.importance is None else {**stated, "importance": self.importance.name}
 
 
@@ -75,7 +80,9 @@ def compress_into(
     overwrite: bool = False,
     warn: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Any]:
-    """Load, check, fit, write, measure; what was written, as ``facezip compress --json`` says it.
+    """Load, clean, check, fit, write, measure; what was written, as ``facezip compress --json`` says it.
+
+    Errors are those to the scans as they were fitted: clean ones, where that was asked for.
 
     Parameters
     ----------
@@ -92,7 +99,8 @@ def compress_into(
     request.settings.check(request.method)
     check_target(output, overwrite, is_pack)
     given = None if request.given_masks is None else read_masks(request.given_masks)
-    scans = load_character(character, keep_floats=request.keep_floats)
+    cleaned = clean(load_character(character, keep_floats=request.keep_floats), request.clean)
+    scans = cleaned.character
     found = alignments(scans)
     off, unknown = misregistered(found), undecided(found)
     if off or unknown:
@@ -111,6 +119,8 @@ def compress_into(
     document = write_measured(scans, model, output, overwrite, stated)
     if choice:
         document |= {"choice": {"reason": choice.reason, "tried": [asdict(trial) for trial in choice.tried]}}
+    if request.clean:
+        document["cleaning"] = cleaned.facts
     return {
         **document,
         "pack": str(output),

@@ -1,6 +1,7 @@
 """The rig as one call: load scans and a template, fit the shapes, compress, and write shapes, pack and record."""
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from math import isfinite
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Any
 
 from facezip.character.loading import load_character
 from facezip.character.scans import NEUTRAL, Character
+from facezip.cleaning.steps import clean
 from facezip.files.obj import write_obj
 from facezip.files.writing import whole_folder
 from facezip.fit.methods import compress
@@ -20,27 +22,48 @@ from facezip.pack.verification import is_pack
 from facezip.pack.write import write_pack
 from facezip.rigging.fit import Rig, fit_rig
 from facezip.rigging.originals import RIG
-from facezip.rigging.rigged import MAPS, rigged
+from facezip.rigging.rigged import MAPS, Rigged, rigged
+from facezip.rigging.shown import shown
 from facezip.rigging.template import Template, load_template
 from facezip.rigging.weightmaps import Examples
 
-SHAPES = "shapes"
+SHAPES, PICTURE = "shapes", "evidence.png"
 FORMAT = "facezip-rig/1"
 
 
 @dataclass(frozen=True)
 class RigRequest:
-    """How textures are compressed, how shapes get weight maps (one of ``MAPS``), and the seed of what is random."""
+    """What is asked for besides scans, a template and a place for the rig.
+
+    Attributes
+    ----------
+    method : how textures are compressed.
+    maps : how shapes get weight maps, one of ``MAPS``.
+    clean : those of :data:`facezip.cleaning.steps.STEPS` that are taken before anything else.
+    seed : of what is random.
+    """
 
     method: str = "refined"
     maps: str = MAPS[0]
+    clean: tuple[str, ...] = ()
     seed: int = 0
 
 
 def rig_into(
-    character: Path, template: Path, output: Path, request: RigRequest, overwrite: bool = False
+    character: Path,
+    template: Path,
+    output: Path,
+    request: RigRequest,
+    overwrite: bool = False,
+    picture: Callable[[Path, Rigged], None] | None = None,
 ) -> dict[str, Any]:
     """Write ``shapes/``, the pack of the shapes with all maps of the scans, and ``rig.json``; returns what that holds.
+
+    Parameters
+    ----------
+    character, template, output, overwrite : as on the command line.
+    request : what else is asked for.
+    picture : draws the evidence that scans give of each shape into a file of the rig's folder, where there is one.
 
     Raises
     ------
@@ -48,24 +71,30 @@ def rig_into(
         For what is wrong with scans or template, and ``CANNOT_WRITE``.
     """
     begin = perf_counter()
-    scans = load_character(character)
+    cleaned = clean(load_character(character), request.clean)
+    scans = cleaned.character
     wanted = load_template(template, scans.meshes.topology)
     started = perf_counter()
     meshes = scans.meshes
     rig = fit_rig(meshes.neutral, meshes.deltas, meshes.topology.faces, wanted.neutral, wanted.deltas)
     seconds = {"rig": perf_counter() - started}
-    made = rigged(compress(scans, request.method, seed=request.seed), rig, wanted.shapes, request.maps)
+    made = rigged(scans, compress(scans, request.method, seed=request.seed), rig, wanted.shapes, request.maps)
     with whole_folder(output, overwrite, is_rig) as folder:
         _write_shapes(folder / SHAPES, scans, wanted, rig)
         pack = folder / f"{scans.name}.facezip"
         stated = made_with(request.method, asdict(Settings(seed=request.seed)))
         stated |= {"maps": request.maps, "rig": template.name}
+        stated |= {"clean": list(request.clean)} if request.clean else {}
         write_pack(made.model, pack, name=scans.name, made_with=stated)
+        if picture is not None and made.estimates:
+            picture(folder / PICTURE, made)
         seconds["total"] = perf_counter() - begin
         document = _describe(scans, wanted, rig) | {
+            "evidence": _evidence(rig, made),
             "pack": {"path": str(output / pack.name), **pack_facts(pack, read_manifest(pack))},
             "settings": asdict(request),
             "damping": made.damping,
+            **({"cleaning": cleaned.facts} if request.clean else {}),
             "seconds": {step: round(value, 3) for step, value in seconds.items()},
         }
         (folder / RIG).write_text(json.dumps(document, indent=1, allow_nan=False), encoding="utf-8")
@@ -101,11 +130,20 @@ def _describe(scans: Character, wanted: Template, rig: Rig) -> dict[str, Any]:
             name: {"rms_left": float(left), "rms_displacement": float(size)}
             for name, left, size in zip(names, rig.residuals, sizes, strict=True)
         },
-        "evidence": {
-            shape: {"determined": round(float(share), 4), "largest_weight": round(float(weight), 4)}
-            for shape, share, weight in zip(wanted.shapes, rig.determined, rig.weights.max(axis=0), strict=True)
-        },
         "unseen_shapes": [shape for shape, used in zip(wanted.shapes, rig.seen, strict=True) if not used],
         "condition": examples.condition if isfinite(examples.condition) else None,
         "rank": len(examples.weights),
+    }
+
+
+def _evidence(rig: Rig, made: Rigged) -> dict[str, Any]:
+    """By shape: what geometry tells of it, and of geometry-aware maps what textures do."""
+    textures = shown(made.estimates, made.model.expressions)
+    return {
+        shape: {
+            "determined": round(float(share), 4),
+            "largest_weight": round(float(weight), 4),
+            **textures.get(shape, {}),
+        }
+        for shape, share, weight in zip(made.model.expressions, rig.determined, rig.weights.max(axis=0), strict=True)
     }

@@ -1,18 +1,17 @@
 """A compressed character whose expressions are the shapes of a rig: what animators drive (equation 12)."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from facezip.character.meshes import Meshes
-from facezip.character.tiles import shifted
+from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.machine.rows import sum_rows
 from facezip.pack.model import CompressedTextures
-from facezip.rigging.activity import activity
+from facezip.rigging.evidence import Estimate, estimate
 from facezip.rigging.fit import Rig
-from facezip.rigging.weightmaps import Examples, GeometryAware, best_damping, pseudo_inverse
+from facezip.rigging.likeness import Poses
+from facezip.rigging.weightmaps import Examples, pseudo_inverse
 
 MAPS = ("geometry-aware", "pseudo-inverse")
 
@@ -24,20 +23,30 @@ class Rigged:
     Attributes
     ----------
     model : M shapes as expressions.
-    damping : of geometry-aware maps, as chosen; None for the paper's.
+    estimates : of geometry-aware maps, by tile; none for the paper's.
     """
 
     model: CompressedTextures
-    damping: float | None
+    estimates: Mapping[int, Estimate] = field(default_factory=dict)
+
+    @property
+    def damping(self) -> float | None:
+        """Noise over signal: the median of 1/ρ over all texels where scans show anything; None for the paper's maps."""
+        strengths = np.concatenate([np.zeros(0), *(made.strength.ravel() for made in self.estimates.values())])
+        shown = strengths[strengths > 0]
+        return float(np.median(1 / shown)) if len(shown) else None
 
 
-def rigged(model: CompressedTextures, rig: Rig, shapes: tuple[str, ...], maps: str = MAPS[0]) -> Rigged:
+def rigged(
+    character: Character, model: CompressedTextures, rig: Rig, shapes: tuple[str, ...], maps: str = MAPS[0]
+) -> Rigged:
     """The same neutrals and difference textures, with weight maps and displacements of M generated shapes.
 
     All maps of a tile share its weight maps, and so have the shapes as soon as one has.
 
     Parameters
     ----------
+    character : the scans: what they disagree on is noise.
     model : of the scans, with their meshes, in the order of the rig's example weights.
     rig : the generated shapes and what every scan is made of.
     shapes : M names.
@@ -53,45 +62,17 @@ def rigged(model: CompressedTextures, rig: Rig, shapes: tuple[str, ...], maps: s
         raise FaceZipError(ErrorCode.BAD_VALUE, f"weight maps '{maps}': must be one of {', '.join(MAPS)}")
     if model.meshes is None:
         raise FaceZipError(ErrorCode.BAD_VALUE, "the model has no meshes: compress the character anew, with them")
-    damping = None
+    meshes = replace(model.meshes, vertices=model.meshes.neutral + rig.deltas)
+    shaped = replace(model, expressions=shapes, meshes=meshes)
     if maps == "pseudo-inverse":
         examples = Examples.of(rig.weights)
-        weights = {tile: pseudo_inverse(scans, examples) for tile, scans in model.weights.items()}
-    else:
-        weights, damping = _geometry_aware(model, model.meshes, rig)
-    meshes = replace(model.meshes, vertices=model.meshes.neutral + rig.deltas)
-    return Rigged(replace(model, weights=weights, expressions=shapes, meshes=meshes), damping)
-
-
-def _geometry_aware(
-    model: CompressedTextures, meshes: Meshes, rig: Rig
-) -> tuple[dict[int, NDArray[np.float32]], float]:
-    """Weight maps ``(M, h, w, R)`` by tile, and the damping that they share."""
-    sizes = {tile: (weights.shape[1], weights.shape[2]) for tile, weights in model.weights.items()}
-    if (1, 1) in sizes.values():
+        return Rigged(
+            replace(shaped, weights={tile: pseudo_inverse(own, examples) for tile, own in model.weights.items()})
+        )
+    if any(own.shape[1:3] == (1, 1) for own in model.weights.values()):
         reason = "uniform weights have no place to put a wrinkle; take pseudo-inverse maps, or another method"
         raise FaceZipError(ErrorCode.BAD_VALUE, f"geometry-aware weight maps: {reason} than pca")
-    activities = {tile: activity(shifted(meshes.topology, tile), rig.deltas, size) for tile, size in sizes.items()}
-    aware = GeometryAware.on(Examples.of(rig.weights), activities)
-    damping = best_damping(aware, model.weights, _importance(model))
-    return {tile: aware[tile].maps(weights, damping) for tile, weights in model.weights.items()}, damping
-
-
-def _importance(model: CompressedTextures) -> dict[int, NDArray[np.float64]]:
-    """``(R,)`` by tile: what a slot's squared error counts, the mean square of its textures; all maps count alike."""
-    total = {tile: np.zeros(weights.shape[3]) for tile, weights in model.weights.items()}
-    for kind in model.maps:
-        squares = {tile: _mean_squares(model.parts[kind.name, tile].differences) for tile in total}
-        energy = max(sum(some.sum() for some in squares.values()), np.finfo(np.float64).tiny)
-        for tile, some in squares.items():
-            total[tile] += some / energy
-    return total
-
-
-def _mean_squares(differences: NDArray[np.float32]) -> NDArray[np.float64]:
-    """``(R,)`` of difference textures ``(R, H, W, C)``."""
-
-    def sums(top: int, bottom: int) -> NDArray[np.float64]:
-        return np.square(differences[:, top:bottom], dtype=np.float64).sum(axis=(1, 2, 3))
-
-    return sum_rows(sums, differences.shape[1]) / differences[0].size
+    scans = model.meshes
+    poses = Poses.of(scans.neutral, scans.deltas, rig.deltas, scans.topology.faces, rig.weights)
+    made = estimate(character, poses, model.weights)
+    return Rigged(replace(shaped, weights={tile: own.weights for tile, own in made.items()}), made)

@@ -39,7 +39,8 @@ def _intro(figure: Figure) -> str:
     return (
         f"Albedos of a template’s shapes, made for this person by example-based rigging, at "
         f"{size(figure['resolution'])}; {condition}. {against}Pictures, from left to right: {_words(figure)}. "
-        f"{len(figure['unseen'])} shapes are hardly in any scan and nearly keep the neutral’s texture."
+        f"{len(figure['unseen'])} shapes are hardly in any scan and nearly keep the neutral’s texture. "
+        "Ours are made of scans that were cleaned."
     )
 
 

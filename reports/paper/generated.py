@@ -1,6 +1,6 @@
 """What is measured for Figure 8: albedos of generated shapes on every tile, made in three ways, against the truth."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from time import perf_counter
@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import t as student
 
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
+from facezip.cleaning.steps import clean
 from facezip.files.images import to_float
 from facezip.fit.methods import compress
 from facezip.machine.progress import track
@@ -41,6 +43,7 @@ class Generated:
     Attributes
     ----------
     scans : the character.
+    cleaned : the same without what the capture added, as ours takes it.
     shapes : M names.
     rig : the shapes and what every scan is made of.
     textures : by method: ``naive``, ``paper``, ``ours``, the latter two as packs store them.
@@ -49,6 +52,7 @@ class Generated:
     """
 
     scans: Character
+    cleaned: Character
     shapes: tuple[str, ...]
     rig: Rig
     textures: dict[str, Textures]
@@ -56,8 +60,17 @@ class Generated:
     seconds: dict[str, float]
 
 
-def bench_rig(resolution: int, seed: int, template_seed: int) -> dict[str, Any]:
-    """The document of ``facezip bench rig``: mean errors of every method with nuisances, and ``clean`` without."""
+def bench_rig(resolution: int, seed: int, template_seed: int, seeds: int = 1) -> dict[str, Any]:
+    """The document of ``facezip bench rig``: mean errors of every method with nuisances, and ``clean`` without.
+
+    With several ``seeds``, persons and templates are those from ``seed`` and ``template_seed`` on: numbers are means,
+    ``intervals`` half the width of their 95 % intervals (Student's), and ``per_seed`` holds each document.
+    """
+    found = [_bench_one(resolution, seed + n, template_seed + n) for n in range(seeds)]
+    return found[0] if seeds == 1 else {**_mean(found), "intervals": _intervals(found), "per_seed": found}
+
+
+def _bench_one(resolution: int, seed: int, template_seed: int) -> dict[str, Any]:
     person = Person.make(resolution, seed)
     template = embedded_template(template_seed)
     captured = generate(make_character(resolution, seed=seed), template, seed)
@@ -73,9 +86,32 @@ def bench_rig(resolution: int, seed: int, template_seed: int) -> dict[str, Any]:
 
 
 def _errors(generated: Generated, person: Person) -> dict[str, Any]:
-    textures = {**generated.textures, "neutral": neutral_of(generated.scans)}
+    textures = {**generated.textures, "neutral": neutral_of(generated.scans), "cleaned": neutral_of(generated.cleaned)}
     errors = texture_errors(replace(generated, textures=textures), lambda shape, _: person.texture({shape: 1.0}))
-    return {**mean_errors(errors), "damping": generated.damping, "rmse_per_shape": errors}
+    ratios = [errors["ours"][shape] / errors["neutral"][shape] for shape in generated.shapes]
+    return {
+        **mean_errors(errors),
+        "ours_to_neutral": mean_errors(errors)["ours"] / mean_errors(errors)["neutral"],
+        "worse_than_neutral": sum(ratio > 1 for ratio in ratios),
+        "worst_ratio": max(ratios),
+        "damping": generated.damping,
+        "rmse_per_shape": errors,
+    }
+
+
+def _mean(found: Sequence[Any]) -> Any:
+    """Documents of one form as one: the means of their numbers."""
+    if isinstance(found[0], Mapping):
+        return {name: _mean([one[name] for one in found]) for name in found[0]}
+    return sum(found) / len(found)
+
+
+def _intervals(found: Sequence[Any]) -> Any:
+    """Half the width of the 95 % interval of every mean but those of single shapes."""
+    if isinstance(found[0], Mapping):
+        kept = [name for name in found[0] if name != "rmse_per_shape"]
+        return {name: _intervals([one[name] for one in found]) for name in kept}
+    return float(student.ppf(0.975, len(found) - 1) * np.std(found, ddof=1) / np.sqrt(len(found)))
 
 
 def figure_8(scans: Character, template: Template, seed: int, truth: Textures | None) -> dict[str, Any]:
@@ -109,21 +145,25 @@ def _telling(changes: Mapping[str, float]) -> list[str]:
 
 
 def generate(scans: Character, template: Template, seed: int, rig: Rig | None = None) -> Generated:
-    """Rig the scans, unless ``rig`` is given, and make the textures of the shapes in the three ways of Figure 8."""
+    """Rig the scans, unless ``rig`` is given, and make the textures of the shapes in the three ways of Figure 8.
+
+    Ours are made of the cleaned scans, the others of the scans as they are.
+    """
     begin = perf_counter()
     moved = scans.meshes.vertices - scans.meshes.neutral
     faces = scans.meshes.topology.faces
     rig = rig or fit_rig(scans.meshes.neutral, moved, faces, template.neutral, template.deltas)
     seconds = {"rig": perf_counter() - begin}
     textures: dict[str, Textures] = {"naive": naive(scans, template.shapes, rig)}
-    damping = 0.0
+    damping, cleaned = 0.0, clean(scans).character
     for name, (method, maps) in PACKS.items():
         begin = perf_counter()
-        made = rigged(compress(scans, method, seed=seed), rig, template.shapes, maps)
+        some = cleaned if name == "ours" else scans
+        made = rigged(some, compress(some, method, seed=seed), rig, template.shapes, maps)
         textures[name] = _of_model(quantise(made.model).dequantised())
         seconds[name] = perf_counter() - begin
         damping = made.damping or damping
-    return Generated(scans, template.shapes, rig, textures, damping, seconds)
+    return Generated(scans, cleaned, template.shapes, rig, textures, damping, seconds)
 
 
 def naive(scans: Character, shapes: tuple[str, ...], rig: Rig) -> Textures:

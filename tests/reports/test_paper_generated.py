@@ -8,6 +8,8 @@ import pytest
 from facezip.files.images import to_float
 from reports.paper.generated import (
     PACKS,
+    _intervals,
+    _mean,
     figure_8,
     generate,
     geometry_errors,
@@ -88,3 +90,10 @@ def test_figure_8_is_made_on_tiles(case):
     assert set(figure["pictures"]) <= set(SHAPES)
     assert figure["columns"] == ["naive", *PACKS]
     assert all(uri.startswith("data:image/webp") for uri in figure["pictures"].values())
+
+
+def test_several_persons_are_one_document_of_means_with_student_s_intervals():
+    found = [{"ours": value, "clean": {"ours": 1.0, "rmse_per_shape": {"a": value}}} for value in (1.0, 2.0, 3.0)]
+    assert _mean(found) == {"ours": 2.0, "clean": {"ours": 1.0, "rmse_per_shape": {"a": 2.0}}}
+    # t for two degrees of freedom is 4.3027, the standard error 1 / √3.
+    assert _intervals(found) == {"ours": pytest.approx(4.3027 / 3**0.5, rel=1e-4), "clean": {"ours": 0.0}}
