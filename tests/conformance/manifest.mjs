@@ -122,7 +122,8 @@ function checkTogether({ expressions, maps, tiles, uniform_weights, geometry, fi
   const rows = uniform ? expressions.length : 0;
   need(uniform_weights.length === rows && uniform_weights.every((row) => row.length === slots), "uniform weights of another size");
   const named = [...tiles.flatMap(filesOf), ...(geometry?.files ?? [])];
-  need(areDifferent(named) && [...named].sort().join("/") === Object.keys(files).sort().join("/"), "files that nothing names, or names without a file");
+  need(areDifferent(named) && named.length === Object.keys(files).length, "files that nothing names, or that two name");
+  need(named.every((name) => Object.hasOwn(files, name)), "names without a file");
   for (const image of tiles.flatMap((tile) => imagesOf(tile, maps, expressions.length, slots))) {
     const unfolded = (image.size[0] * image.size[1] * image.channels * image.bits) / 8;
     need(unfolded <= 2 ** 28 || unfolded <= 200 * files[image.file].bytes, `${image.file} unfolds to too much`);
@@ -156,7 +157,7 @@ export const atlasOf = ({ weight_size: [rows, columns], weight_columns }, count)
 
 /** Every image of a tile, with what it must be. Images of normals have three channels; slots fill images by four. */
 export function imagesOf(tile, maps, count, slots) {
-  const weights = tile.weights.map((file, k) => ({ file, size: atlasOf(tile, count), channels: Math.min(4, slots - 4 * k), bits: 8 }));
+  const weights = tile.weights.map((file) => ({ file, size: atlasOf(tile, count), channels: 4, bits: 8 }));
   const textures = tile.textures.flatMap(({ size, neutral, differences, neutral_bits }, m) => {
     const channels = maps[m].encoding === "normal" ? 3 : maps[m].channels;
     return [{ file: neutral, size, channels, bits: neutral_bits }, ...differences.map((file) => ({ file, size, channels, bits: 8 }))];
