@@ -10,7 +10,12 @@ function answer(vector) {
   const expected = JSON.parse(readFileSync(join(vector, "expected.json"), "utf8"));
   try {
     const { blend, meshes, ...pack } = readPack(join(vector, "vector.facezip"));
-    return { code: null, ...pack, blends: (expected.blends ?? []).map((asked) => blended(blend, asked)), meshes: meshes && meshed(meshes, pack) };
+    return {
+      code: null,
+      ...pack,
+      blends: (expected.blends ?? []).map((asked) => blended(blend, asked)),
+      meshes: meshes && meshed(meshes),
+    };
   } catch (error) {
     if (!(error instanceof Refusal)) throw error;
     return { code: error.code, reason: error.message };
@@ -22,9 +27,14 @@ function blended(blend, asked) {
   return { size: [rows, columns, channels], values: base64(values) };
 }
 
-function meshed({ neutral, expression, uv, triangles, uvTriangles }, { expressions }) {
-  const moved = expressions.map((_, n) => base64(expression(n)));
-  return { neutral: base64(neutral), expressions: moved, uv: base64(uv), triangles: base64(triangles), uvTriangles: base64(uvTriangles) };
+function meshed({ neutral, expressions, uv, triangles, uvTriangles }) {
+  return {
+    neutral: base64(neutral),
+    expressions: expressions.map(base64),
+    uv: base64(uv),
+    triangles: base64(triangles),
+    uvTriangles: base64(uvTriangles),
+  };
 }
 
 console.log(JSON.stringify(process.argv.slice(2).map(answer)));

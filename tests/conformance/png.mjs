@@ -10,25 +10,36 @@ const COLOUR_TYPES = { 1: 0, 2: 4, 3: 2, 4: 6 }; // channels → grey, grey with
 export function decodePng(bytes, [rows, columns], channels, bits, name) {
   const { header, data } = chunksOf(bytes, name);
   const stated = [header.readUInt32BE(4), header.readUInt32BE(0), header[8], header[9], header[12]].join();
-  need(stated === [rows, columns, bits, COLOUR_TYPES[channels], 0].join(), `${name} is not of the size and type stated`);
+  need(
+    stated === [rows, columns, bits, COLOUR_TYPES[channels], 0].join(),
+    `${name} is not of the size and type stated`,
+  );
   const stride = (columns * channels * bits) / 8;
   const lines = unfold(data, rows * (stride + 1), name);
   const pixels = unfilter(lines, rows, stride, (channels * bits) / 8, name);
-  return bits === 8 ? pixels : Uint16Array.from({ length: pixels.length / 2 }, (_, i) => (pixels[2 * i] << 8) | pixels[2 * i + 1]);
+  return bits === 8
+    ? pixels
+    : Uint16Array.from({ length: pixels.length / 2 }, (_, i) => (pixels[2 * i] << 8) | pixels[2 * i + 1]);
 }
 
 function chunksOf(bytes, name) {
   need(bytes.toString("hex", 0, 8) === SIGNATURE, `${name} is no PNG`);
   const chunks = [];
-  for (let at = 8; at < bytes.length; ) {
+  for (let at = 8; at < bytes.length;) {
     const end = at + 12 + (at + 12 <= bytes.length ? bytes.readUInt32BE(at) : 0);
     need(end <= bytes.length, `${name} is cut short`);
     need(crc32(bytes.subarray(at + 4, end - 4)) === bytes.readUInt32BE(end - 4), `${name} has a wrong checksum`);
     chunks.push({ kind: bytes.toString("latin1", at + 4, at + 8), body: bytes.subarray(at + 8, end - 4) });
     at = end;
   }
-  need(chunks[0]?.kind === "IHDR" && chunks[0].body.length === 13 && chunks.at(-1).kind === "IEND", `${name} has no header or end`);
-  return { header: chunks[0].body, data: Buffer.concat(chunks.filter(({ kind }) => kind === "IDAT").map(({ body }) => body)) };
+  need(
+    chunks[0]?.kind === "IHDR" && chunks[0].body.length === 13 && chunks.at(-1).kind === "IEND",
+    `${name} has no header or end`,
+  );
+  return {
+    header: chunks[0].body,
+    data: Buffer.concat(chunks.filter(({ kind }) => kind === "IDAT").map(({ body }) => body)),
+  };
 }
 
 function unfold(data, length, name) {

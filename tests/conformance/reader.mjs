@@ -34,13 +34,14 @@ function checkListing(folder, files) {
   const there = readdirSync(folder).filter((name) => name !== MANIFEST);
   for (const name of there) need(Object.hasOwn(files, name), `${name} was added`, "damaged-pack");
   for (const [name, { bytes }] of Object.entries(files)) {
-    const found = lstatSync(join(folder, name), { throwIfNoEntry: false });
-    need(found?.isFile() && found.size === bytes, `${name} is missing or has another length`, "damaged-pack");
+    need(there.includes(name), `${name} is missing`, "damaged-pack"); // before it is opened: it may be a path
+    const found = lstatSync(join(folder, name));
+    need(found.isFile() && found.size === bytes, `${name} is no plain file of the length stated`, "damaged-pack");
   }
 }
 
 function readFiles(folder, files) {
-  const contents = {};
+  const contents = Object.create(null);
   for (const [name, { sha256: digits }] of Object.entries(files)) {
     contents[name] = readFileSync(join(folder, name));
     need(sha256(contents[name]) === digits, `${name} has another checksum`, "damaged-pack");
@@ -50,9 +51,8 @@ function readFiles(folder, files) {
 
 function decode(manifest, contents, folder) {
   const { expressions, maps, tiles, geometry } = manifest;
-  const slots = tiles[0].weight_span.length;
-  const texels = {};
-  for (const { file, size, channels, bits } of tiles.flatMap((tile) => imagesOf(tile, maps, expressions.length, slots)))
+  const texels = Object.create(null);
+  for (const { file, size, channels, bits } of tiles.flatMap((tile) => imagesOf(tile, maps, expressions.length)))
     texels[file] = { channels, top: 2 ** bits - 1, samples: decodePng(contents[file], size, channels, bits, file) };
   return {
     name: manifest.name || basename(resolve(folder)).replace(/(?<=.)\.[^.]*$/, ""),
@@ -64,45 +64,65 @@ function decode(manifest, contents, folder) {
   };
 }
 
-/** I(β) in the values that are stored, for normals n: rows × columns × channels in a Float32Array. */
+/** "From bytes to values": I(β) in the values that are stored, for normals n: rows × columns × channels in a Float32Array. */
 function blendOf(manifest, texels, blend, mapName, number) {
   const { expressions, maps, tiles } = manifest;
   const m = maps.findIndex((each) => each.name === mapName);
   const tile = tiles.find((each) => each.number === number);
   const betas = Object.entries(blend).map(([name, beta]) => [expressions.indexOf(name), beta]);
   if (m < 0 || !tile || betas.some(([n]) => n < 0)) throw new RangeError("no such map, tile or expression");
-  const { size: [rows, columns], neutral, differences, difference_span } = tile.textures[m];
-  const { encoding, range: [low, high], channels } = maps[m];
+  const {
+    size: [rows, columns],
+    neutral,
+    differences,
+    difference_span,
+  } = tile.textures[m];
+  const {
+    encoding,
+    range: [low, high],
+    channels,
+  } = maps[m];
   const slotWeights = tile.weight_span.map((_, slot) => weightsOf(manifest, texels, tile, betas, slot));
   const start = texels[neutral];
   const values = new Float32Array(rows * columns * (encoding === "normal" ? 3 : channels));
   for (let texel = 0; texel < rows * columns; texel++) {
-    const weights = slotWeights.map((at) => at((Math.floor(texel / columns) + 0.5) / rows, ((texel % columns) + 0.5) / columns));
+    const weights = slotWeights.map((at) =>
+      at((Math.floor(texel / columns) + 0.5) / rows, ((texel % columns) + 0.5) / columns),
+    );
     const value = (c) => low + (start.samples[texel * start.channels + c] / start.top) * (high - low);
     const change = (c) => {
-      const difference = (file, slot) => (texels[file].samples[texel * start.channels + c] / 255 - 128 / 255) * difference_span[slot][c];
+      const difference = (file, slot) =>
+        (texels[file].samples[texel * start.channels + c] / 255 - 128 / 255) * difference_span[slot][c];
       return differences.reduce((sum, file, slot) => sum + difference(file, slot) * weights[slot], 0);
     };
     if (encoding === "normal") {
       values.set(normal(value(0), value(1), change(0), change(1)), 3 * texel);
     } else {
-      for (let c = 0; c < channels; c++) values[texel * channels + c] = Math.min(Math.max(value(c) + change(c), low), high);
+      for (let c = 0; c < channels; c++)
+        values[texel * channels + c] = Math.min(Math.max(value(c) + change(c), low), high);
     }
   }
   return { rows, columns, channels: values.length / (rows * columns), values };
 }
 
-/** Slopes are blended, not directions. */
+/** Slopes are blended, not directions; those of the neutral and of the blend are at most 10. */
 function normal(x, y, changeP, changeQ) {
-  const z = Math.sqrt(1 - x * x - y * y);
-  const [p, q] = [x / z + changeP, y / z + changeQ];
+  const z = Math.max(Math.sqrt(Math.max(1 - x * x - y * y, 0)), 0.001);
+  const clip = (slope) => Math.min(Math.max(slope, -10), 10);
+  const [p, q] = [clip(clip(x / z) + changeP), clip(clip(y / z) + changeQ)];
   const length = Math.hypot(p, q, 1);
   return [p / length, q / length, 1 / length];
 }
 
 /** Σ_n β_n W_in of one slot, as a function of where in the tile: rows and columns from 0 to 1. */
 function weightsOf({ expressions, uniform_weights }, texels, tile, betas, slot) {
-  const { weight_size: [rows, columns], weight_columns, weight_span, weight_offset, weights } = tile;
+  const {
+    weight_size: [rows, columns],
+    weight_columns,
+    weight_span,
+    weight_offset,
+    weights,
+  } = tile;
   if (weights.length === 0) {
     const sum = betas.reduce((total, [n, beta]) => total + beta * uniform_weights[n][slot], 0);
     return () => sum;
