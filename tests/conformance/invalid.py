@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from facezip.character.maps import KNOWN
+from facezip.character.maps import KNOWN, Map
 from facezip.files.glb import Glb
 from facezip.files.images import read_texture_exactly
 from facezip.pack.manifest import FILE_NAME
+from facezip.pack.model import CompressedTextures
 from facezip.pack.write import write_pack
 from tests.conformance.signing import manifest_of, png, signed, with_content
 from tests.conformance.valid import model, sheet
@@ -42,8 +43,18 @@ def invalid() -> Iterator[tuple[str, str, Change]]:
         yield name, BAD, lambda pack, edit=change: (_with_normals(pack), _edited(pack, edit))
     for name, change in _images().items():
         yield name, BAD, lambda pack, change=change: (write_pack(model(**SMALL), pack, name="vector"), change(pack))
+    yield (
+        "head-of-gltf-1",
+        BAD,
+        lambda pack: (
+            _with_mesh(pack),
+            with_content(pack, HEAD, b"glTF\1" + (pack / HEAD).read_bytes()[5:]),
+        ),
+    )
     for name, edit in _heads().items():
         yield name, BAD, lambda pack, edit=edit: (_with_mesh(pack), _head(pack, edit))
+    for name, (made, edit) in _several().items():
+        yield name, BAD, lambda pack, made=made, edit=edit: (write_pack(made, pack, name="vector"), edit(pack))
     for name, (code, change) in _orders().items():
         yield name, code, lambda pack, change=change: (write_pack(model(**SMALL), pack, name="vector"), change(pack))
 
@@ -142,7 +153,6 @@ def _fields() -> dict[str, Edit]:
         "map-name-of-capitals": first(name="Albedo"),
         "map-name-of-33": first(name="a" * 33),
         "map-name-weights": first(name="weights"),
-        "map-names-twice": lambda d: (d["maps"].append(d["maps"][0]), _twice(d)),
         "encoding-unknown": first(encoding="linear"),
         "range-empty": first(range=[1.0, 1.0]),
         "range-too-wide": first(range=[0.0, 1e7]),
@@ -153,13 +163,11 @@ def _fields() -> dict[str, Edit]:
         "tile-1000": tile(number=1000),
         "tile-2000": tile(number=2000),
         "tile-of-a-fraction": tile(number=1001.5),
-        "tile-twice": lambda d: d["tiles"].append(d["tiles"][0]),
         "weight-size-zero": tile(weight_size=[0, 2]),
-        "weights-larger-than-textures": tile(weight_size=[5, 2]),
         "weight-columns-zero": tile(weight_columns=0),
-        "weight-columns-more-than-expressions": tile(weight_columns=3),
         "weight-span-negative": tile(weight_span=[-1.0]),
         "weight-span-of-more-slots": tile(weight_span=[1.0, 1.0]),
+        "weight-offset-of-more-slots": tile(weight_offset=[0.0, 0.0]),
         "weight-offset-too-large": tile(weight_offset=[1e10]),
         "weights-without-images": lambda d: (d["tiles"][0].update(weights=[]), d["files"].pop(WEIGHTS)),
         "weights-of-two-images": tile(weights=[WEIGHTS, WEIGHTS]),
@@ -174,9 +182,6 @@ def _fields() -> dict[str, Edit]:
         "neutral-not-stated": texture(neutral="other.png"),
         "neutral-in-the-manifest": lambda d: _renamed(d, FILE_NAME),
         "uniform-weights-beside-images": lambda d: d.update(uniform_weights=[[1.0], [1.0]]),
-        "uniform-weights-on-one-tile": lambda d: d["tiles"].append(
-            d["tiles"][0] | {"number": 1002, "weight_size": [1, 1], "weights": []}
-        ),
         "uniform-weights-missing": tile(weight_size=[1, 1], weights=[]),
         "geometry-a-list": lambda d: d.update(geometry=[]),
         "made-with-a-list": lambda d: d.update(made_with=[]),
@@ -201,6 +206,34 @@ def _geometry() -> dict[str, Edit]:
     }
 
 
+def _several() -> dict[str, tuple[CompressedTextures, Change]]:
+    """Packs whose every file is as stated, and readable but for one rule."""
+    tint = model(**SMALL, maps=(KNOWN["albedo"], Map("tint", "srgb")))
+    tiles = model(**SMALL, tiles=(1001, 1002))
+    weights = np.zeros((2, 2, 4), np.uint8)
+    return {
+        "map-names-twice": (tint, lambda pack: _edited(pack, lambda d: d["maps"][1].update(name="albedo"))),
+        "textures-of-more-maps": (tint, lambda pack: _edited(pack, lambda d: d["maps"].pop())),
+        "tile-twice": (tiles, lambda pack: _edited(pack, lambda d: d["tiles"][1].update(number=1001))),
+        "tiles-that-descend": (tiles, lambda pack: _edited(pack, lambda d: d["tiles"].reverse())),
+        "uniform-weights-on-one-tile": (
+            tiles, lambda pack: _weights(pack, "weights.1002.png", weights[:1], tile=1, weight_size=[1, 1])
+        ),
+        "weights-larger-than-textures": (
+            model(**SMALL), lambda pack: _weights(pack, WEIGHTS, np.tile(weights, (1, 8, 1)), weight_size=[2, 8])
+        ),
+        "weight-columns-more-than-expressions": (
+            model(**SMALL), lambda pack: _weights(pack, WEIGHTS, np.tile(weights, (1, 3, 1)), weight_columns=3)
+        ),
+    }  # fmt: skip
+
+
+def _weights(pack: Path, name: str, samples: np.ndarray, tile: int = 0, **fields: Any) -> None:
+    """Other weights, and what the manifest states of them."""
+    with_content(pack, name, png(samples))
+    _edited(pack, lambda d: d["tiles"][tile].update(fields))
+
+
 def _normals() -> dict[str, Edit]:
     return {
         "normals-with-another-range": lambda d: d["maps"][0].update(range=[0.0, 1.0]),
@@ -223,6 +256,11 @@ def _images() -> dict[str, Change]:
     return {
         "image-of-another-size": replaced(NEUTRAL, lambda samples: png(samples[:3])),
         "image-of-16-bits": replaced(NEUTRAL, lambda samples: png(samples.astype(np.uint16) * 257)),
+        "image-of-half-the-columns-in-16-bits": replaced(
+            NEUTRAL, lambda samples: png(np.ascontiguousarray(samples[:, :2]).astype(np.uint16) * 257)
+        ),
+        "image-of-another-signature": changed(lambda content: b"\x88" + content[1:]),
+        "image-of-too-few-rows": replaced(NEUTRAL, lambda samples: png(samples, rows=3)),
         "image-of-8-bits": lambda pack: _edited(pack, lambda d: _bits(d, 16)),
         "image-of-grey": replaced(NEUTRAL, lambda samples: png(samples[..., :1])),
         "difference-of-16-bits": replaced(DIFFERENCE, lambda samples: png(samples.astype(np.uint16) * 257)),
@@ -252,7 +290,9 @@ def _heads() -> dict[str, Callable[[Glb], Any]]:
         "head-of-lines": lambda glb: primitive(glb).update(mode=1),
         "head-of-another-extension": lambda glb: glb.document.update(extensionsRequired=["KHR_draco_mesh_compression"]),
         "head-of-moving-normals": lambda glb: primitive(glb)["targets"][0].update(NORMAL=0),
-        "head-of-nan": lambda glb: _overwritten(glb, "POSITION", 0, struct.pack("<f", float("nan"))),
+        "head-of-nan": lambda glb: _overwritten(glb, "POSITION", 36, struct.pack("<f", float("nan"))),
+        "head-of-a-layout-of-nan": lambda glb: _overwritten(glb, "TEXCOORD_0", 0, struct.pack("<f", float("nan"))),
+        "head-of-a-layout-of-16-bits": lambda glb: _accessor(glb, "TEXCOORD_0").update(componentType=5123),
         "head-torn-at-its-seam": lambda glb: _overwritten(glb, "POSITION", 0, struct.pack("<f", 1.0)),
         "head-of-a-vertex-that-is-not-there": lambda glb: _overwritten(glb, "indices", 0, b"\xff\x00"),
         "head-without-its-seam": lambda glb: primitive(glb)["attributes"].pop("_SEAM"),
@@ -279,10 +319,15 @@ def _orders() -> dict[str, tuple[str, Change]]:
     }
 
 
-def _overwritten(glb: Glb, name: str, at: int, content: bytes) -> Glb:
-    """With other bytes at a place of the neutral's positions or of the triangles."""
+def _accessor(glb: Glb, name: str) -> dict[str, Any]:
+    """Of an attribute or of the triangles."""
     primitive = glb.document["meshes"][0]["primitives"][0]
-    view = glb.document["accessors"][{**primitive, **primitive["attributes"]}[name]]["bufferView"]
+    return glb.document["accessors"][{**primitive, **primitive["attributes"]}[name]]
+
+
+def _overwritten(glb: Glb, name: str, at: int, content: bytes) -> Glb:
+    """With other bytes at a place of an attribute or of the triangles."""
+    view = _accessor(glb, name)["bufferView"]
     start = glb.document["bufferViews"][view].get("byteOffset", 0) + at
     return replace(glb, binary=glb.binary[:start] + content + glb.binary[start + len(content) :])
 
@@ -319,10 +364,6 @@ def _linked(pack: Path, name: str) -> None:
     """The same file, beside the pack."""
     (pack / name).rename(pack.parent / "elsewhere")
     os.symlink("../elsewhere", pack / name)
-
-
-def _twice(document: dict[str, Any]) -> None:
-    document["tiles"][0]["textures"] *= 2
 
 
 def _renamed(document: dict[str, Any], name: str) -> None:

@@ -36,18 +36,19 @@ def chunk(kind: bytes, body: bytes) -> bytes:
     return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
 
 
-def png(samples: np.ndarray, interlaced: int = 0, filters: Sequence[int] = (0,)) -> bytes:
+def png(samples: np.ndarray, filters: Sequence[int] = (0,), rows: int | None = None) -> bytes:
     """Samples ``(H, W, C)`` of 8 or 16 bits; each row has the next of the filters, of which 5 is none that there is.
+    ``rows`` are how many are there of those stated.
 
     Readers must take it as it is: pixels in two chunks, after one that asks for another gamma.
     """
-    rows, columns, channels = samples.shape
+    height, width, channels = samples.shape
     step = channels * samples.itemsize
-    lines = np.frombuffer(samples.astype(samples.dtype.newbyteorder(">")).tobytes(), np.uint8).reshape(rows, -1)
+    lines = np.frombuffer(samples.astype(samples.dtype.newbyteorder(">")).tobytes(), np.uint8).reshape(height, -1)
     colour = {1: 0, 2: 4, 3: 2, 4: 6}[channels]
-    header = struct.pack(">IIBBBBB", columns, rows, 8 * samples.itemsize, colour, 0, 0, interlaced)
+    header = struct.pack(">IIBBBBB", width, height, 8 * samples.itemsize, colour, 0, 0, 0)
     above, packed = np.zeros_like(lines[0]), b""
-    for row, line in enumerate(lines):
+    for row, line in enumerate(lines[:rows]):
         kind = filters[row % len(filters)]
         packed += bytes([kind]) + _filtered(kind, line.astype(int), above.astype(int), step).astype(np.uint8).tobytes()
         above = line
