@@ -17,6 +17,7 @@ from facezip.pack.checks import first_out_of_range
 from facezip.pack.manifest import (
     FILE_NAME,
     FORMAT,
+    HEAD_FILE,
     GeometryEntry,
     Manifest,
     MapEntry,
@@ -155,11 +156,17 @@ def _number(text: str) -> float:
     return number
 
 
+def _of_version_3(document: dict[str, Any]) -> dict[str, Any]:
+    if document["geometry"] is not None and document["geometry"]["files"] != (HEAD_FILE,):
+        raise ValueError(f"its meshes are not in '{HEAD_FILE}'")
+    return document
+
+
 # By the format that a file states: its document as that of version 3.
 VERSIONS: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
     version_1.FORMAT: version_1.as_version_3,
     version_2.FORMAT: version_2.as_version_3,
-    FORMAT: lambda document: document,
+    FORMAT: _of_version_3,
 }
 
 
