@@ -17,7 +17,7 @@ from facezip.pack.manifest import FILE_NAME
 from facezip.pack.model import CompressedTextures
 from facezip.pack.write import write_pack
 from tests.conformance.signing import manifest_of, png, signed, with_content
-from tests.conformance.valid import model, sheet
+from tests.conformance.valid import masked, model, sheet
 from tests.trust.claims import sign
 
 Change = Callable[[Path], Any]
@@ -55,6 +55,10 @@ def invalid() -> Iterator[tuple[str, str, Change]]:
         yield name, BAD, lambda pack, edit=edit: (_with_mesh(pack), _head(pack, edit))
     for name, (made, edit) in _several().items():
         yield name, BAD, lambda pack, made=made, edit=edit: (write_pack(made, pack, name="vector"), edit(pack))
+    for name, edit in _masks().items():
+        yield name, BAD, lambda pack, edit=edit: (write_pack(masked(slots=1), pack, name="vector"), _edited(pack, edit))
+    for name, content in {"not-finite": b"\0\x7c", "not-clamped-as-stated": b"\0\0"}.items():
+        yield f"activations-{name}", BAD, lambda pack, content=content: _activations(pack, content)
     for name, (code, change) in _orders().items():
         yield name, code, lambda pack, change=change: (write_pack(model(**SMALL), pack, name="vector"), change(pack))
 
@@ -232,6 +236,28 @@ def _weights(pack: Path, name: str, samples: np.ndarray, tile: int = 0, **fields
     """Other weights, and what the manifest states of them."""
     with_content(pack, name, png(samples))
     _edited(pack, lambda d: d["tiles"][tile].update(fields))
+
+
+def _masks() -> dict[str, Edit]:
+    return {
+        "masks-null": lambda d: d.update(masks=None),
+        "masks-field-missing": lambda d: d["masks"].pop("clamped"),
+        "masks-with-one-name-twice": lambda d: d["masks"].update(names=["a", "A", "c", "d", "e"]),
+        "masks-of-an-unsafe-name": lambda d: d["masks"].update(names=["a", "b", "c", "d", "../e"]),
+        "masks-more-than-activations": lambda d: d["masks"].update(names=["a", "b", "c", "d", "e", "f"]),
+        "masks-of-more-tiles": lambda d: d["masks"].update(files=d["masks"]["files"] * 2),
+        "masks-with-another-span": lambda d: d["tiles"][0].update(weight_span=[2.0]),
+        "masks-with-an-offset": lambda d: d["tiles"][0].update(weight_offset=[0.5]),
+        "masks-in-too-many-columns": lambda d: d["tiles"][0].update(weight_columns=3),
+        "masks-clamped-as-a-number": lambda d: d["masks"].update(clamped=0),
+    }
+
+
+def _activations(pack: Path, content: bytes) -> None:
+    """Other activations, all the same, of a pack that says that they are not clamped."""
+    write_pack(masked(slots=1), pack, name="vector")
+    name = manifest_of(pack)["masks"]["activations"]
+    with_content(pack, name, content * ((pack / name).stat().st_size // 2))
 
 
 def _normals() -> dict[str, Edit]:

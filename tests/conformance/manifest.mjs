@@ -103,9 +103,17 @@ const isGeometry = isRecord({
   triangles: isWhole(1, 2 ** 24),
 });
 
+const isMasks = isRecord({
+  names: isList(1, 4096, isSafe),
+  files: isList(1, 100, isString),
+  activations: isString,
+  clamped: isOneOf(true, false),
+});
+
 /** Each field alone. */
 function checkFields(manifest) {
   isRecord({
+    ...("masks" in manifest ? { masks: isMasks } : {}),
     sha256: () => true,
     format: () => true,
     name: isText(0, 128),
@@ -121,7 +129,8 @@ function checkFields(manifest) {
 }
 
 /** What fields say of each other. */
-function checkTogether({ expressions, maps, tiles, uniform_weights, geometry, files }) {
+function checkTogether(manifest) {
+  const { expressions, maps, tiles, uniform_weights, masks, geometry, files } = manifest;
   need(areDifferent(expressions.map(folded)), "two expressions have one name");
   need(areDifferent(maps.map((map) => map.name)), "two maps have one name");
   for (const { encoding, range, channels } of maps)
@@ -139,19 +148,22 @@ function checkTogether({ expressions, maps, tiles, uniform_weights, geometry, fi
     "some weights are uniform, others not",
   );
   const slots = tiles[0].weight_span.length;
-  for (const tile of tiles) checkTile(tile, maps, expressions.length, slots, uniform ? 0 : Math.ceil(slots / 4));
+  const images = uniform || masks ? 0 : Math.ceil(slots / 4);
+  for (const tile of tiles) checkTile(tile, maps, countOf(manifest), slots, images);
   const rows = uniform ? expressions.length : 0;
   need(
     uniform_weights.length === rows && uniform_weights.every((row) => row.length === slots),
     "uniform weights of another size",
   );
-  const named = [...tiles.flatMap(filesOf), ...(geometry?.files ?? [])];
+  const ofMasks = masks ? [...masks.files, masks.activations] : [];
+  const named = [...tiles.flatMap(filesOf), ...ofMasks, ...(geometry?.files ?? [])];
   need(areDifferent(named) && named.length === Object.keys(files).length, "files that nothing names, or that two name");
   need(
     named.every((name) => name !== "manifest.json" && Object.hasOwn(files, name)),
     "names without a file",
   );
-  for (const image of tiles.flatMap((tile) => imagesOf(tile, maps, expressions.length))) {
+  if (masks) checkMasks(manifest, uniform, slots);
+  for (const image of imagesOf(manifest)) {
     const unfolded = (image.size[0] * image.size[1] * image.channels * image.bits) / 8;
     need(unfolded <= 2 ** 28 || unfolded <= 200 * files[image.file].bytes, `${image.file} unfolds to too much`);
   }
@@ -176,6 +188,18 @@ function checkTile(tile, maps, count, slots, images) {
   });
 }
 
+function checkMasks({ expressions, tiles, masks, files }, uniform, slots) {
+  need(!uniform && masks.files.length === tiles.length, "masks of uniform weights, or of other tiles");
+  need(areDifferent(masks.names.map(folded)), "two masks have one name");
+  for (const { weight_span, weight_offset } of tiles)
+    need(
+      weight_span.every((span) => span === 1) && weight_offset.every((offset) => offset === 0),
+      "masks have another range",
+    );
+  const numbers = expressions.length * masks.names.length * slots;
+  need(files[masks.activations].bytes === 2 * numbers, "another number of activations");
+}
+
 // JavaScript has no case folding of Unicode; this is as good for names.
 const folded = (name) => name.normalize("NFC").toUpperCase().toLowerCase().normalize("NFC");
 const areDifferent = (names) => new Set(names).size === names.length;
@@ -190,15 +214,26 @@ export const atlasOf = ({ weight_size: [rows, columns], weight_columns }, count)
   columns * weight_columns,
 ];
 
-/** Every image of a tile, with what it must be. Images of normals have three channels, those of weights four. */
-export function imagesOf(tile, maps, count) {
-  const weights = tile.weights.map((file) => ({ file, size: atlasOf(tile, count), channels: 4, bits: 8 }));
-  const textures = tile.textures.flatMap(({ size, neutral, differences, neutral_bits }, m) => {
-    const channels = maps[m].encoding === "normal" ? 3 : maps[m].channels;
-    return [
-      { file: neutral, size, channels, bits: neutral_bits },
-      ...differences.map((file) => ({ file, size, channels, bits: 8 })),
-    ];
+/** How many weight maps stand in a weight image, or places of four masks in a mask image. */
+export const countOf = ({ expressions, masks }) => (masks ? Math.ceil(masks.names.length / 4) : expressions.length);
+
+/** The weight images of a tile, or its mask image. */
+export const weightFiles = ({ tiles, masks }, tile) => (masks ? [masks.files[tiles.indexOf(tile)]] : tile.weights);
+
+/** Every image, with what it must be. Images of normals have three channels, those of weights and masks four. */
+export function imagesOf(manifest) {
+  const { tiles, maps } = manifest;
+  return tiles.flatMap((tile) => {
+    const size = atlasOf(tile, countOf(manifest));
+    const weights = weightFiles(manifest, tile).map((file) => ({ file, size, channels: 4, bits: 8 }));
+    return [...weights, ...tile.textures.flatMap((texture, m) => texturesOf(texture, maps[m]))];
   });
-  return [...weights, ...textures];
+}
+
+function texturesOf({ size, neutral, differences, neutral_bits }, map) {
+  const channels = map.encoding === "normal" ? 3 : map.channels;
+  return [
+    { file: neutral, size, channels, bits: neutral_bits },
+    ...differences.map((file) => ({ file, size, channels, bits: 8 })),
+  ];
 }

@@ -6,8 +6,9 @@
 //   const { neutral, triangles, uv, uvTriangles } = pack.meshes;
 import { lstatSync, readFileSync, readdirSync } from "node:fs";
 import { basename, join, resolve } from "node:path";
+import { readActivations } from "./activations.mjs";
 import { readMeshes } from "./glb.mjs";
-import { imagesOf, parseManifest, sha256 } from "./manifest.mjs";
+import { imagesOf, parseManifest, sha256, weightFiles } from "./manifest.mjs";
 import { decodePng } from "./png.mjs";
 import { need, Refusal } from "./refusal.mjs";
 
@@ -50,17 +51,18 @@ function readFiles(folder, files) {
 }
 
 function decode(manifest, contents, folder) {
-  const { expressions, maps, tiles, geometry } = manifest;
+  const { expressions, maps, tiles, masks, geometry } = manifest;
   const texels = Object.create(null);
-  for (const { file, size, channels, bits } of tiles.flatMap((tile) => imagesOf(tile, maps, expressions.length)))
+  for (const { file, size, channels, bits } of imagesOf(manifest))
     texels[file] = { channels, top: 2 ** bits - 1, samples: decodePng(contents[file], size, channels, bits, file) };
+  const activations = masks && readActivations(contents[masks.activations], masks);
   return {
     name: manifest.name || basename(resolve(folder)).replace(/(?<=.)\.[^.]*$/, ""),
     expressions,
     maps,
     tiles: tiles.map((tile) => tile.number),
     meshes: geometry && readMeshes(contents["head.glb"], expressions, geometry),
-    blend: (blend, map, tile) => blendOf(manifest, texels, blend, map, tile),
+    blend: (blend, map, tile) => blendOf({ ...manifest, activations }, texels, blend, map, tile),
   };
 }
 
@@ -115,29 +117,41 @@ function normal(x, y, changeP, changeQ) {
 }
 
 /** Σ_n β_n W_in of one slot, as a function of where in the tile: rows and columns from 0 to 1. */
-function weightsOf({ expressions, uniform_weights }, texels, tile, betas, slot) {
-  const {
-    weight_size: [rows, columns],
-    weight_columns,
-    weight_span,
-    weight_offset,
-    weights,
-  } = tile;
-  if (weights.length === 0) {
-    const sum = betas.reduce((total, [n, beta]) => total + beta * uniform_weights[n][slot], 0);
+function weightsOf(manifest, texels, tile, betas, slot) {
+  const [rows, columns] = tile.weight_size;
+  if (manifest.uniform_weights.length > 0) {
+    const sum = betas.reduce((total, [n, beta]) => total + beta * manifest.uniform_weights[n][slot], 0);
     return () => sum;
   }
-  const { channels, samples, top } = texels[weights[Math.floor(slot / 4)]];
-  const stored = (n, y, x) => {
-    const row = Math.floor(n / weight_columns) * rows + y;
-    const column = (n % weight_columns) * columns + x;
-    return samples[(row * columns * weight_columns + column) * channels + (slot % 4)] / top;
+  const parts = manifest.masks ? maskParts(manifest, tile, betas, slot) : mapParts(tile, betas, slot);
+  const files = weightFiles(manifest, tile);
+  const value = ({ image, place, channel, factor, low }, y, x) => {
+    const row = Math.floor(place / tile.weight_columns) * rows + y;
+    const column = (place % tile.weight_columns) * columns + x;
+    const { channels, samples, top } = texels[files[image]];
+    return low + (factor * samples[(row * columns * tile.weight_columns + column) * channels + channel]) / top;
   };
-  const weight = (n, y, x) => stored(n, y, x) * weight_span[slot] + weight_offset[slot];
   const map = Float64Array.from({ length: rows * columns }, (_, at) =>
-    betas.reduce((sum, [n, beta]) => sum + beta * weight(n, Math.floor(at / columns), at % columns), 0),
+    parts.reduce((sum, part) => sum + value(part, Math.floor(at / columns), at % columns), 0),
   );
   return (v, u) => bilinear(map, rows, columns, v * rows - 0.5, u * columns - 0.5);
+}
+
+/** Where the weight map of each expression stands, and what its samples count: β_n W_in. */
+function mapParts({ weight_span, weight_offset }, betas, slot) {
+  const [image, channel] = [Math.floor(slot / 4), slot % 4];
+  const [span, offset] = [weight_span[slot], weight_offset[slot]];
+  return betas.map(([place, beta]) => ({ image, place, channel, factor: beta * span, low: beta * offset }));
+}
+
+/** Where each mask stands, and what its samples count: Σ_n β_n a_nki. */
+function maskParts({ masks, activations }, tile, betas, slot) {
+  const slots = tile.weight_span.length;
+  return masks.names.map((_, k) => {
+    const at = (n) => activations[(n * masks.names.length + k) * slots + slot];
+    const factor = betas.reduce((sum, [n, beta]) => sum + beta * at(n), 0);
+    return { image: 0, place: Math.floor(k / 4), channel: k % 4, factor, low: 0 };
+  });
 }
 
 function bilinear(map, rows, columns, y, x) {

@@ -3,6 +3,7 @@
 import json
 import shutil
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from facezip.character.maps import KNOWN, Map
 from facezip.character.meshes import Meshes
 from facezip.files.images import read_texture_exactly
 from facezip.files.obj import Topology
+from facezip.pack.masked import MaskedWeights
 from facezip.pack.model import CompressedTextures, Part
 from facezip.pack.write import write_pack
 from tests.conformance.signing import manifest_of, png, signed, with_content
@@ -37,6 +39,19 @@ def model(
             differences = (random.randint(-127, 128, (slots, *size, depth)) / 127 * reach).astype(np.float32)
             parts[kind.name, number] = Part(neutral, differences, bits)
     return CompressedTextures("refined", names, tuple(maps), parts, atlas, meshes)
+
+
+def masked(names=("a", "b", "c", "d", "e"), clamped=False, **fields):
+    """Weight maps that are sums of masks."""
+    plain = model(**fields)
+    random, slots = np.random.RandomState(22), len(next(iter(plain.parts.values())).differences)
+    low = 0 if clamped else -1
+    activations = random.uniform(low, 1, (len(plain.expressions), len(names), slots)).astype(np.float16)
+    masks = {
+        tile: random.randint(0, 256, (len(names), *weights.shape[1:3])).astype(np.uint8)
+        for tile, weights in plain.weights.items()
+    }
+    return replace(plain, weights=MaskedWeights(names, masks, activations))
 
 
 def sheet(seam=False, scale=1.0, idle=0):
@@ -100,6 +115,10 @@ def _models() -> Iterator[tuple[str, CompressedTextures]]:
     yield "names-of-javascript", model(names=("__proto__", "constructor", "toString", "0", "-1"))
     yield "the-longest-names", model(names=("x" * 128, "é" * 100, "😀" * 50))
     yield "no-differences", _still(model(), slots=2)
+    yield "masks", masked()
+    yield "masks-clamped", masked(names=("brow", "Nase", "über"), slots=8, clamped=True)
+    yield "masks-on-tiles", masked(maps=(ALBEDO, NORMAL), tiles=(1001, 1002), size=(12, 9), weights=(3, 4))
+    yield "masks-of-one", masked(names=("all",), slots=1)
     yield "mesh", model(meshes=sheet())
     yield "mesh-with-a-seam", model(meshes=sheet(seam=True))
     yield "mesh-in-millimetres", model(meshes=sheet(seam=True, scale=1000))
