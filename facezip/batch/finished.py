@@ -18,22 +18,30 @@ from facezip.pack.verification import is_pack, stored, verify_pack
 
 
 def digest_of(character: Path, settings: Mapping[str, Any]) -> str:
-    """SHA-256 over the names and bytes of a character's files, the settings, and the version of the program.
+    """SHA-256 over the names and bytes of a character's files and of those that settings name, the settings, and the
+    version of the program.
 
     Raises
     ------
     FaceZipError
         ``CANNOT_READ``.
     """
-    with reading(character):
-        files = sorted(path for path in character.rglob("*") if path.is_file() and not path.name.startswith("."))
-        inputs = {path.relative_to(character).as_posix(): stored(path).sha256 for path in files}
-        if character.is_file():
-            beside = files_beside(character) if is_gltf_name(character) else []
-            inputs = {path.relative_to(character.parent).as_posix(): stored(path).sha256 for path in beside}
-            inputs[""] = stored(character).sha256
-    whole = {"inputs": inputs, "settings": dict(settings), "facezip": version("facezip")}
+    named = {name: _inputs_of(path) for name, path in settings.items() if isinstance(path, Path)}
+    whole = {"inputs": _inputs_of(character), "settings": dict(settings), "facezip": version("facezip")}
+    whole |= {"named": named} if named else {}
     return hashlib.sha256(json.dumps(whole, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def _inputs_of(path: Path) -> dict[str, str]:
+    """SHA-256 by name of every file of a folder, or of a file and of those that a glTF names beside it."""
+    with reading(path):
+        if path.is_file():
+            beside = files_beside(path) if is_gltf_name(path) else []
+            return {file.relative_to(path.parent).as_posix(): stored(file).sha256 for file in beside} | {
+                "": stored(path).sha256
+            }
+        files = sorted(file for file in path.rglob("*") if file.is_file() and not file.name.startswith("."))
+        return {file.relative_to(path).as_posix(): stored(file).sha256 for file in files}
 
 
 def find(pack: Path, digest: str) -> dict[str, Any] | None:

@@ -9,7 +9,7 @@ import click
 
 from facezip.commands import options
 from facezip.commands.fit_options import check_together, fit_options, on_line, request_of
-from facezip.commands.words import error_words, megabytes, memory_words
+from facezip.commands.words import error_words, masks_words, megabytes, memory_words
 from facezip.fit.pipeline import compress_into
 from facezip.machine.memory import beside, limited
 from facezip.pack.facts import several
@@ -57,6 +57,7 @@ def _lines(document: Mapping[str, Any]) -> list[str]:
         f"{document['differences']} difference textures{each}, method {document['method']}, "
         f"{document['seconds']:.1f} s",
         *(f"  {name:<10} {error_words(found)} ({document['region']})" for name, found in document["errors"].items()),
+        *([f"  masks      {masks_words(document['masks'])}"] if document["masks"] else []),
         *([f"  chosen     {document['choice']['reason']}"] if "choice" in document else []),
         f"  GPU        {blocks}",
         f"             {plain}",

@@ -24,6 +24,7 @@ DEFAULTS: dict[str, Any] = {
     "importance": None,
     "map_weights": (),
     "keep_floats": False,
+    "given_masks": None,
 }
 
 
@@ -48,9 +49,17 @@ def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
             "--map-weight", "map_weights", multiple=True, metavar="MAP=W", help="How much a map counts.  [default: 1]"
         ),
         click.option("--float", "keep_floats", is_flag=True, help="Keep floats outside 0..1, with their range."),
-        _setting("masks", "K", "Masks on the face (paper)."),
+        _setting("masks", "K", "Masks on the face (paper, masks)."),
+        click.option(
+            "--given-masks", type=options.FOLDER, metavar="DIR", help="Images of masks of your own, such as those of a "
+            "rig, and masks.toml: each expression becomes a few numbers a mask. Means --method masks.",
+        ),
+        click.option(
+            "--nonnegative", is_flag=True, help="Weights of 0..1 alone, for engines that clamp: differences are only "
+            "ever added (refined, masks).",
+        ),
         _setting("restarts", "N", "Random starts of the stitching (paper)."),
-        _setting("seed", "S", "Of what is random (paper)."),
+        _setting("seed", "S", "Of what is random (paper, masks)."),
     )  # fmt: skip
     for option in reversed(in_order):
         command = option(command)
@@ -61,21 +70,34 @@ def request_of(given: Mapping[str, Any]) -> Request:
     """The request that the values of :data:`DEFAULTS` make; ``BAD_VALUE`` where a map's weight is none."""
     settings = Settings(**{name: given[name] for name in SETTINGS})
     weights = _map_weights(given["map_weights"])
-    rest = {name: given[name] for name in ("method", *GOALS, "importance", "keep_floats")}
-    return Request(settings=settings, map_weights=weights, **rest)
+    rest = {name: given[name] for name in (*GOALS, "importance", "keep_floats", "given_masks")}
+    method = "masks" if given["given_masks"] else given["method"]
+    return Request(method, settings, map_weights=weights, **rest)
 
 
 def check_together(names: set[str], given: Mapping[str, Any]) -> None:
     """Refuse options that contradict each other, before any work; ``names`` are those that somebody gave."""
     choosing, method = any(given[goal] is not None for goal in GOALS), given["method"]
+    if given["given_masks"]:
+        if "method" in names and method != "masks":
+            raise click.UsageError(f"--given-masks are for --method masks, not {method}")
+        if names & {"masks", "seed"}:
+            raise click.UsageError("--masks and --seed are for the paper's masks: leave them out with --given-masks")
+        method = "masks"
     if choosing and names & {"differences", "weight_scale"}:
         raise click.UsageError("--target-rmse and --budget-mb choose --differences and --weight-scale: leave those out")
-    if method != "refined" and (choosing or given["importance"]):
-        raise click.UsageError("--target-rmse, --budget-mb and --importance need --method refined")
+    if choosing and given["nonnegative"]:
+        raise click.UsageError("--target-rmse and --budget-mb choose among free weights: leave --nonnegative out")
+    if method != "refined" and choosing:
+        raise click.UsageError("--target-rmse and --budget-mb need --method refined")
+    if method not in ("refined", "masks") and given["importance"]:
+        raise click.UsageError("--importance needs --method refined or masks")
     if method == "refined" and names & {"masks", "restarts"}:
-        raise click.UsageError("--masks and --restarts are of the paper's method: add --method paper")
+        raise click.UsageError("--masks and --restarts are of the paper's method: add --method paper, or masks")
+    if method not in ("refined", "masks") and given["nonnegative"]:
+        raise click.UsageError("--nonnegative needs --method refined or masks")
     if "memory" in names and method not in STREAMED:
-        raise click.UsageError(f"--memory needs --method {' or '.join(STREAMED)}: the paper's holds all textures")
+        raise click.UsageError(f"--memory needs --method {' or '.join(STREAMED)}: the others hold all textures")
 
 
 def on_line(context: click.Context) -> set[str]:

@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from facezip.commands import options
-from facezip.commands.words import megabytes, memory_words
+from facezip.commands.words import masks_words, megabytes, memory_words
 from facezip.pack.facts import pack_facts
 from facezip.pack.parsing import read_manifest
 
@@ -33,6 +33,7 @@ def _lines(facts: dict[str, Any]) -> list[str]:
         f"  maps         {maps}; each has a neutral and {facts['differences']} differences, weight maps {scaled}",
         f"  tiles        {', '.join(str(tile['tile']) for tile in facts['tiles'])}",
         f"  expressions  {len(facts['expressions'])}: {', '.join(facts['expressions'])}",
+        *([f"  masks        {masks_words(facts['masks'])}"] if facts["masks"] else []),
         f"  on the GPU   {blocks}",
         f"               {plain}",
         f"               {facts['bits_per_texel_channel']:.2f} bits per texel and channel",

@@ -21,6 +21,11 @@ def memory_words(facts: Mapping[str, Any]) -> tuple[str, str]:
     )
 
 
+def masks_words(masks: Mapping[str, Any]) -> str:
+    """How many masks weight maps are made of, their names, and the range of their activations."""
+    return f"{len(masks['names'])}, activations {masks['activations']}: {', '.join(masks['names'])}"
+
+
 def error_words(found: Mapping[str, Any]) -> str:
     """The error of one map, with the best and the worst expression."""
     key, unit = ("angular_error", "degrees (mean angle)") if "angular_error" in found else ("rmse", "RMSE of 255")

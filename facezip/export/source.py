@@ -1,7 +1,7 @@
 """What every export starts from: a verified pack, by tiles, and which of its texels the surface shows."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +15,13 @@ from facezip.errors import ErrorCode, FaceZipError
 from facezip.export.fill import Fill
 from facezip.export.joining import CHANNELS, joined
 from facezip.export.sheets import Sheet
+from facezip.files.images import Texels
 from facezip.files.obj import Topology
 from facezip.machine import memory
 from facezip.machine.rows import by_rows, map_rows
+from facezip.pack.atlas import atlases, columns_of
 from facezip.pack.manifest import Manifest, TileEntry
+from facezip.pack.masked import MaskedWeights
 from facezip.pack.quantise import StoredTextures
 from facezip.pack.read import read_stored
 from facezip.pack.verification import verify_pack
@@ -36,7 +39,8 @@ class Tile:
     expressions : N names in the order of the weight maps.
     layout : UDIM number, and how the weight maps lie.
     uniform_weights : N lists of R numbers where weights are uniform, else empty.
-    weight_files : the atlas of every four slots; none for uniform weights.
+    weight_images : the atlas of every four slots: a file of the pack, or texels of weight maps that are made of
+        masks; none for uniform weights.
     maps : the kinds, albedo first.
     sheets : the textures that hold them; the albedo's first.
     """
@@ -45,7 +49,7 @@ class Tile:
     expressions: tuple[str, ...]
     layout: TileEntry
     uniform_weights: tuple[tuple[float, ...], ...]
-    weight_files: tuple[Path, ...]
+    weight_images: tuple[Path | Texels, ...]
     maps: tuple[Map, ...]
     sheets: tuple[Sheet, ...]
 
@@ -117,7 +121,8 @@ def read_source(pack: Path, maps: str = TOGETHER, normals_alone: bool = False) -
     memory.check(_row_bytes(manifest), _whole_bytes(manifest))
     stored = read_stored(pack, manifest)
     tiles = []
-    for layout in manifest.tiles:
+    for entry in manifest.tiles:
+        layout, images = _weight_maps(pack, entry, stored)
         alone = tuple(_alone(stored, layout.number))
         sheets = joined(alone, normals_alone) if maps == TOGETHER else alone
         _check_names(pack, [sheet.name for sheet in sheets])
@@ -127,7 +132,7 @@ def read_source(pack: Path, maps: str = TOGETHER, normals_alone: bool = False) -
                 expressions=manifest.expressions,
                 layout=layout,
                 uniform_weights=manifest.uniform_weights,
-                weight_files=tuple(pack / file for file in layout.weights),
+                weight_images=images,
                 maps=stored.maps,
                 sheets=sheets,
             )
@@ -135,10 +140,24 @@ def read_source(pack: Path, maps: str = TOGETHER, normals_alone: bool = False) -
     return Source(pack, manifest.name, manifest.expressions, stored.meshes, tuple(tiles))
 
 
+def _weight_maps(pack: Path, tile: TileEntry, stored: StoredTextures) -> tuple[TileEntry, tuple[Path | Texels, ...]]:
+    """How the weight maps of a tile lie, and the images that hold them; of masks they are made here."""
+    if not isinstance(stored.weights, MaskedWeights):
+        return tile, tuple(pack / file for file in tile.weights)
+    maps, columns = stored.weight_maps(tile.number), columns_of(len(stored.expressions))
+    layout = replace(
+        tile,
+        weight_columns=columns,
+        weight_span=tuple(maps.span.tolist()),
+        weight_offset=tuple(maps.offset.tolist()),
+    )
+    return layout, tuple(atlases(maps.texels, columns))
+
+
 def _alone(stored: StoredTextures, tile: int) -> Iterator[Sheet]:
     """A sheet for each map of a tile."""
     topology = shifted(stored.meshes.topology, tile) if stored.meshes else None
-    weights, fills = stored.weights[tile].values, dict[tuple[int, int], Fill]()
+    weights, fills = stored.weight_maps(tile).values, dict[tuple[int, int], Fill]()
     for kind in stored.maps:
         part = stored.parts[kind.name, tile]
         _, height, width, channels = part.differences.shape

@@ -122,10 +122,14 @@ def _described(sheet: Sheet, suffix: str) -> Document:
 
 
 def _weights(tile: Tile, folder: Path) -> Document:
-    """Copies the pack's weight maps; uniform weights are constants in the shader."""
+    """Copies the pack's weight maps, or writes those made of masks; uniform ones are constants in the shader."""
     entries: Document = {}
-    for layer, file in enumerate(tile.weight_files):
-        shutil.copyfile(file, folder / f"weights_{layer}.png")
+    for layer, image in enumerate(tile.weight_images):
+        file = folder / f"weights_{layer}.png"
+        if isinstance(image, Path):
+            shutil.copyfile(image, file)
+        else:
+            write_texture(file, image)
         slots = slice(SLOTS_PER_LAYER * layer, SLOTS_PER_LAYER * (layer + 1))
         entries[f"weights_{layer}"] = {
             "file": f"weights_{layer}.png",

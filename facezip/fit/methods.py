@@ -16,7 +16,10 @@ from facezip.character.maps import Key
 from facezip.character.neutrals import as_packed
 from facezip.character.samples import BESIDE_THE_FACE, Samples, thinned
 from facezip.character.scans import Character, Stack
+from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import to_float
+from facezip.fit.activations import Bounds, fit_activations
+from facezip.fit.given import GivenMasks, as_bytes
 from facezip.fit.importance import Importance, by_key, map_factors, weighted_samples
 from facezip.fit.paper.beam import beam_search
 from facezip.fit.paper.factorise import cluster_shares, difference_textures, weight_maps
@@ -27,6 +30,7 @@ from facezip.fit.paper.stitching import Stitching, search, unpermuted
 from facezip.fit.pca import combine_differences, principal_weights
 from facezip.fit.refine import as_stored, best_differences, fit_weights
 from facezip.fit.settings import PAPER_DIFFERENCES, Settings
+from facezip.pack.masked import MaskedWeights
 from facezip.pack.model import CompressedTextures, Part
 
 
@@ -39,6 +43,8 @@ def compress(
     masks: int = 53,
     restarts: int = 100,
     seed: int = 0,
+    nonnegative: bool = False,
+    given_masks: GivenMasks | None = None,
     importance: Importance | None = None,
     map_weights: Mapping[str, float] | None = None,
 ) -> CompressedTextures:
@@ -48,10 +54,11 @@ def compress(
     ----------
     character : neutral and expressions.
     method : ``"refined"``, ``"paper"``, ``"paper-optimised"`` (with our search of the permutation),
-        ``"paper-unpermuted"`` (its ablation) or ``"pca"``.
-    differences, weight_scale, masks, restarts, seed : see :class:`facezip.fit.settings.Settings`.
-    importance : ``(H, W)`` ≥ 0, of the albedo's size, what a texel's squared error counts besides the mask (refined);
-        or one for each map and tile. Maps without one take the albedo's.
+        ``"paper-unpermuted"`` (its ablation), ``"pca"``, or ``"masks"`` (weight maps that are sums of fixed masks).
+    differences, weight_scale, masks, restarts, seed, nonnegative : see :class:`facezip.fit.settings.Settings`.
+    given_masks : those of the method ``"masks"``; None for ``masks`` of the paper's.
+    importance : ``(H, W)`` ≥ 0, of the albedo's size, what a texel's squared error counts besides the mask (refined,
+        masks); or one for each map and tile. Maps without one take the albedo's.
     map_weights : how much a map counts, > 0. With 1, the default, the expressions' differences of each map count alike
         in sum, whatever its units, channels and size; those with an importance of their own count by that.
 
@@ -59,13 +66,16 @@ def compress(
     ------
     FaceZipError
         ``BAD_VALUE`` for a setting outside its range, ``UNKNOWN_NAME`` for the weight of a map that there is not,
-        ``TOO_MANY_MASKS``; ``SIZE_MISMATCH`` or ``BAD_TEXELS`` for an importance that does not fit.
+        ``TOO_MANY_MASKS``; ``SIZE_MISMATCH`` or ``BAD_TEXELS`` for an importance that does not fit; and what
+        :class:`facezip.fit.given.GivenMasks` raises.
     """
-    settings = Settings(differences, weight_scale, masks, restarts, seed)
+    settings = Settings(differences, weight_scale, masks, restarts, seed, nonnegative)
     settings.check(method)
+    if given_masks is not None and method != "masks":
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"given masks: method {method} takes none; use masks")
     images = by_key(importance, character)
     factors = map_factors(character, map_weights or {}, {name for name, _ in images})
-    parts, weights = METHODS[method](_Task(character, settings, factors, images))
+    parts, weights = METHODS[method](_Task(character, settings, factors, images, given_masks))
     return CompressedTextures(method, character.expressions, character.maps, parts, weights, character.meshes)
 
 
@@ -77,6 +87,7 @@ class _Task:
     settings: Settings
     factors: Mapping[str, float]
     importance: Mapping[Key, NDArray[np.float32]]
+    given_masks: GivenMasks | None
 
     @property
     def slots(self) -> int:
@@ -95,7 +106,7 @@ class _Task:
 
 
 # Neutrals and differences by map and tile, weight maps by tile.
-_Fit = tuple[dict[Key, Part], dict[int, NDArray[np.float32]]]
+_Fit = tuple[dict[Key, Part], Mapping[int, NDArray[np.float32]]]
 
 
 def _refined(task: _Task) -> _Fit:
@@ -108,9 +119,38 @@ def _refined(task: _Task) -> _Fit:
     weights: dict[int, NDArray[np.float32]] = {}
     for tile in character.tiles:
         own = {key: some for key, some in samples.items() if key[1] == tile}
-        weights[tile] = as_stored(fit_weights([*own.values()], task.slots, scale, components=components))
+        fitted = fit_weights(
+            [*own.values()], task.slots, scale, components=components, nonnegative=task.settings.nonnegative
+        )
+        weights[tile] = as_stored(fitted)
         parts |= {key: task.part(key, *best_differences(some, weights[tile])) for key, some in own.items()}
     return parts, weights
+
+
+def _masked(task: _Task) -> _Fit:
+    character, settings = task.character, task.settings
+    samples = {key: task.samples(key, _as_packed(character, key), BESIDE_THE_FACE) for key in character.stacks}
+    tiles = {tile: [some for key, some in samples.items() if key[1] == tile] for tile in character.tiles}
+    names, masks, bounds = _masks(task)
+    components = principal_weights([thinned(some, settings.weight_scale // 2) for some in samples.values()], task.slots)
+    weights = MaskedWeights(names, masks, fit_activations(tiles, masks, components, bounds))
+    parts = {key: task.part(key, *best_differences(some, weights[key[1]])) for key, some in samples.items()}
+    return parts, weights
+
+
+def _masks(task: _Task) -> tuple[tuple[str, ...], dict[int, NDArray[np.uint8]], Bounds]:
+    """Names, masks ``(K, h, w)`` by tile, and the bounds of their activations."""
+    character, settings, given = task.character, task.settings, task.given_masks
+    first, scale = character.maps[0].name, settings.weight_scale
+    if given is not None:
+        stacks = character.of_map(first).items()
+        sizes = {tile: (-(-stack.resolution[0] // scale), -(-stack.resolution[1] // scale)) for tile, stack in stacks}
+        bounds = Bounds.of(given.allowed(task.slots), given.nonnegative or settings.nonnegative)
+        return given.names, given.on_grids(sizes), bounds
+    papers = compute_masks(character, settings.masks, settings.seed)
+    names = tuple(f"mask_{k:0{len(str(settings.masks - 1))}}" for k in range(settings.masks))
+    masks = {tile: as_bytes(papers[first, tile].downsampled(scale)) for tile in character.tiles}
+    return names, masks, Bounds.of(np.ones((len(names), task.slots), bool), settings.nonnegative)
 
 
 def _as_packed(character: Character, key: Key) -> Stack:
@@ -156,4 +196,5 @@ METHODS: dict[str, Callable[[_Task], _Fit]] = {
     "paper-optimised": lambda task: _stitched(task, beam_search),
     "paper-unpermuted": lambda task: _stitched(task, unpermuted),
     "pca": _pca,
+    "masks": _masked,
 }

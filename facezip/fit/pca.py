@@ -25,6 +25,17 @@ def principal_weights(maps: Sequence[Samples], count: int) -> NDArray[np.float32
     return np.ascontiguousarray(leading * signs)
 
 
+def larger_sides(components: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Weights ``(N, k)`` ≥ 0 to start from: the positive or the negative side of each component, whichever is larger.
+
+    As in Boutsidis & Gallopoulos, SVD based initialization: A head start for nonnegative matrix factorization, 2008.
+    """
+    sides = np.stack([np.maximum(components, 0), np.maximum(-components, 0)])
+    larger = np.square(sides).sum(axis=1).argmax(axis=0)
+    weights: NDArray[np.float32] = np.take_along_axis(sides, larger[None, None], axis=0)[0]
+    return weights
+
+
 def difference_gram(samples: Samples) -> NDArray[np.float64]:
     """``(N, N)``: Σ_p m(p) ⟨D_n(p), D_m(p)⟩ with D_n = I_n - I_0 in [0, 1] and the texels' importance m."""
 

@@ -14,6 +14,7 @@ from facezip.files.values import read_values
 from facezip.files.writing import check_target
 from facezip.fit.choice import Choice, choose
 from facezip.fit.importance import Importance, importance_files
+from facezip.fit.mask_folder import read_masks
 from facezip.fit.methods import compress
 from facezip.fit.settings import Settings, made_with
 from facezip.names import printable
@@ -36,6 +37,7 @@ class Request:
     importance : an image of how much a texel's error counts, or a folder of them, by map and tile.
     map_weights : how much a map counts.
     keep_floats : whether floats outside [0, 1] are kept, with their range.
+    given_masks : a folder of masks (:func:`facezip.fit.mask_folder.read_masks`), or None.
     """
 
     method: str = "refined"
@@ -45,6 +47,7 @@ class Request:
     importance: Path | None = None
     map_weights: Mapping[str, float] = field(default_factory=dict)
     keep_floats: bool = False
+    given_masks: Path | None = None
 
     @property
     def goals(self) -> dict[str, float]:
@@ -58,6 +61,10 @@ class Request:
         stated = made_with(self.method, asdict(self.settings)) | self.goals
         if self.map_weights:
             stated["map_weights"] = dict(self.map_weights)
+        if self.given_masks is not None:
+            # As many as there are in the folder; nothing of them is random.
+            stated = {name: value for name, value in stated.items() if name not in ("masks", "seed")}
+            stated["given_masks"] = self.given_masks.name
         return stated if self.importance is None else {**stated, "importance": self.importance.name}
 
 
@@ -84,6 +91,7 @@ def compress_into(
     start = perf_counter()
     request.settings.check(request.method)
     check_target(output, overwrite, is_pack)
+    given = None if request.given_masks is None else read_masks(request.given_masks)
     scans = load_character(character, keep_floats=request.keep_floats)
     off = misregistered(scans)
     if off:
@@ -97,7 +105,8 @@ def compress_into(
         stated |= {"differences": choice.trial.differences, "weight_scale": choice.trial.weight_scale}
     else:
         settings = asdict(request.settings)
-        model = compress(scans, request.method, **settings, importance=importance, map_weights=request.map_weights)
+        weighted: dict[str, Any] = {"importance": importance, "map_weights": request.map_weights}
+        model = compress(scans, request.method, **settings, given_masks=given, **weighted)
     document = write_measured(scans, model, output, overwrite, stated)
     if choice:
         document |= {"choice": {"reason": choice.reason, "tried": [asdict(trial) for trial in choice.tried]}}

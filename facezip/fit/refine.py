@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.samples import Samples, thinned
-from facezip.fit.pca import principal_weights
+from facezip.fit.nonnegative import solve_nonnegative
+from facezip.fit.pca import larger_sides, principal_weights
 from facezip.fit.sweep import solve_textures, weight_system
 from facezip.fit.weights import SMOOTHNESS, WeightSystem, solve_weights
 from facezip.machine.progress import track
@@ -57,6 +58,7 @@ def fit_weights(
     weight_scale: int,
     smoothness: float = SMOOTHNESS,
     components: NDArray[np.float32] | None = None,
+    nonnegative: bool = False,
 ) -> NDArray[np.float32]:
     """Weight maps ``(h, R, N, w)`` of the refined fit, in floating point, shared by several maps of one tile.
 
@@ -68,27 +70,34 @@ def fit_weights(
     weight_scale : how many times smaller weight maps are.
     smoothness : of the weights, as a part of the system's mean diagonal.
     components : ``(N, R)`` uniform weights to start from; None for PCA's of these maps.
+    nonnegative : whether weights lie in 0..1, the largest of each slot at 1; otherwise they are free.
     """
     height, width, _ = maps[0].neutral.shape
     few = [thinned(samples, weight_scale // 2) for samples in maps]
     grid = -(-height // weight_scale), -(-width // weight_scale)
-    weights = previous = balanced_start(few, principal_weights(few, slots) if components is None else components, grid)
+    if components is None:
+        components = principal_weights(few, slots)
+    if nonnegative:
+        weights = previous = uniform(larger_sides(components), grid)
+    else:
+        weights = previous = balanced_start(few, components, grid)
+    solve = solve_nonnegative if nonnegative else solve_weights
     unit, explained_before, age = 0.0, -np.inf, 0
     count = alternations(height * width)
     for _ in track(range(count), "Refining", count):
         # Nesterov's momentum: far fewer alternations reach the same error.
-        ahead = _extrapolated(weights, previous, age / (age + 2))
+        ahead = _extrapolated(weights, previous, age / (age + 2), 0 if nonnegative else -np.inf)
         age += 1
         system = joint_system(maps, ahead)
         unit = unit or system.mean_diagonal
         system.regularise(unit, smoothness)
         previous = weights
-        weights, explained = solve_weights(system, ahead)
+        weights, explained = solve(system, ahead)
         if explained < explained_before:
             # Momentum went past the goal: forget it.
             previous, age = weights, 0
         explained_before = explained
-    return weights
+    return _at_most_one(weights) if nonnegative else weights
 
 
 def alternations(texels: int) -> int:
@@ -123,11 +132,10 @@ def balanced_start(
     """
     count, slots = components.shape
     coarse = -(-grid[0] // GAUGE), -(-grid[1] // GAUGE)
-    shape, row = (coarse[0], slots, count, coarse[1]), components.T[None, :, :, None]
-    uniform = by_rows(lambda rows: row, shape, np.float32)
-    energies = joint_system(maps, uniform).matrix
+    shape, flat = (coarse[0], slots, count, coarse[1]), uniform(components, coarse)
+    energies = joint_system(maps, flat).matrix
     # How much the texels about each place count: the diagonal of one texture of ones.
-    first = np.ascontiguousarray(uniform[:, :1])
+    first = np.ascontiguousarray(flat[:, :1])
     texels = joint_system(maps, first, [_ones(samples) for samples in maps]).matrix[:, 0, 0, 4]
     floored = np.maximum(texels, 1e-3 * texels.max())
 
@@ -142,10 +150,17 @@ def balanced_start(
         values, vectors = np.linalg.eigh(energy(rows).astype(np.float64))
         root = np.power(np.maximum(values, 0) + floor, 0.25)
         gauge = (vectors * root[:, :, None, :]) @ vectors.swapaxes(2, 3)
-        mixed: NDArray[np.float32] = np.einsum("hwij,hjnw->hinw", gauge.astype(np.float32), uniform[rows])
+        mixed: NDArray[np.float32] = np.einsum("hwij,hjnw->hinw", gauge.astype(np.float32), flat[rows])
         return mixed
 
     return _resampled(by_rows(balanced, shape, np.float32), grid)
+
+
+def uniform(components: NDArray[np.float32], grid: tuple[int, int]) -> NDArray[np.float32]:
+    """Uniform weights ``(N, R)`` on a grid, ``(h, R, N, w)``."""
+    count, slots = components.shape
+    row = components.T[None, :, :, None]
+    return by_rows(lambda rows: row, (grid[0], slots, count, grid[1]), np.float32)
 
 
 def _resampled(weights: NDArray[np.float32], grid: tuple[int, int]) -> NDArray[np.float32]:
@@ -167,9 +182,18 @@ def _ones(samples: Samples) -> NDArray[np.float32]:
     return by_rows(lambda rows: one, shape, np.float32, axis=1)
 
 
-def _extrapolated(weights: NDArray[np.float32], previous: NDArray[np.float32], momentum: float) -> NDArray[np.float32]:
+def _extrapolated(
+    weights: NDArray[np.float32], previous: NDArray[np.float32], momentum: float, low: float
+) -> NDArray[np.float32]:
     def ahead(rows: slice) -> NDArray[np.float32]:
         here: NDArray[np.float32] = weights[rows]
-        return here + np.float32(momentum) * (here - previous[rows])
+        return np.maximum(here + np.float32(momentum) * (here - previous[rows]), np.float32(low))
 
     return by_rows(ahead, weights.shape, np.float32)
+
+
+def _at_most_one(weights: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Each slot of weights ≥ 0 scaled until its largest is 1: its textures are fitted to that."""
+    largest = np.max(map_rows(lambda top, bottom: weights[top:bottom].max(axis=(0, 2, 3)), len(weights)), axis=0)
+    unit = np.where(largest > 0, largest, np.float32(1))[:, None, None]
+    return by_rows(lambda rows: weights[rows] / unit, weights.shape, np.float32)

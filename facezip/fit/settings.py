@@ -19,9 +19,11 @@ class Settings:
     ----------
     differences : number R of difference textures, 1 to 8.
     weight_scale : how many times smaller weight maps are than the first map's textures: 4, 8, 16 or 32.
-    masks : number of masks on the face region (paper).
+    masks : number of masks on the face region (paper, masks).
     restarts : random starts of the stitching (paper; not its variants).
     seed : of every random choice.
+    nonnegative : whether weights are positive or zero, at most 1, so that differences are only ever added (refined,
+        masks).
     """
 
     differences: int = 4
@@ -29,6 +31,7 @@ class Settings:
     masks: int = 53
     restarts: int = 100
     seed: int = 0
+    nonnegative: bool = False
 
     def check(self, method: str) -> None:
         """Raise ``BAD_VALUE`` for a method that there is not, or a setting outside its range."""
@@ -45,6 +48,8 @@ class Settings:
                 raise FaceZipError(ErrorCode.BAD_VALUE, f"{name} {getattr(self, name)}: must lie in {low}..{high}")
         if self.weight_scale not in WEIGHT_SCALES:
             raise FaceZipError(ErrorCode.BAD_VALUE, f"weight scale {self.weight_scale}: must be one of {WEIGHT_SCALES}")
+        if self.nonnegative and "nonnegative" not in USED[method]:
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"nonnegative: method {method} cannot; use refined or masks")
         if method.startswith("paper") and self.differences != PAPER_DIFFERENCES:
             raise FaceZipError(
                 ErrorCode.BAD_VALUE,
@@ -55,14 +60,16 @@ class Settings:
 _OF_THE_PAPER = ("differences", "weight_scale", "masks", "seed")
 # By method, the settings that it uses.
 USED: dict[str, tuple[str, ...]] = {
-    "refined": ("differences", "weight_scale"),
+    "refined": ("differences", "weight_scale", "nonnegative"),
     "paper": (*_OF_THE_PAPER, "restarts"),
     "paper-optimised": _OF_THE_PAPER,
     "paper-unpermuted": _OF_THE_PAPER,
     "pca": ("differences",),
+    "masks": ("differences", "weight_scale", "masks", "seed", "nonnegative"),
 }
 
 
 def made_with(method: str, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """The method, and those of the settings that it uses: what a pack states of how it was made."""
-    return {"method": method, **{name: value for name, value in settings.items() if name in USED[method]}}
+    """The method, and those of the settings that it uses, but for what is off: what a pack states of its making."""
+    used = {name: value for name, value in settings.items() if name in USED[method] and value is not False}
+    return {"method": method, **used}

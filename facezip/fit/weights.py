@@ -84,7 +84,7 @@ def solve_weights(system: WeightSystem, start: NDArray[np.float32]) -> tuple[NDA
     rz = advanced()
     for _ in range(STEPS):
         map_rows(lambda top, bottom: _turn(top, bottom, beta, state), height)
-        pap = sum_rows(lambda top, bottom: _multiply(top, bottom, a, state.p, state.ap), height)
+        pap = sum_rows(lambda top, bottom: multiply(top, bottom, a, state.p, state.ap), height)
         alpha[:] = _ratio(rz, pap)
         before, rz = rz, advanced()
         beta[:] = _ratio(rz, before)
@@ -97,7 +97,7 @@ def _begin(system: WeightSystem, start: NDArray[np.float32]) -> _State:
     m_inverse: NDArray[np.float32] = memory.empty((height, slots, slots, w), np.float32)
     map_rows(lambda top, bottom: _invert(top, bottom, system.matrix, m_inverse), height)
     product: NDArray[np.float32] = memory.empty(start.shape, np.float32)
-    sum_rows(lambda top, bottom: _multiply(top, bottom, system.matrix, start, product), height)
+    sum_rows(lambda top, bottom: multiply(top, bottom, system.matrix, start, product), height)
     r = by_rows(lambda rows: system.right[rows] - product[rows], start.shape, np.float32)
     x = by_rows(lambda rows: start[rows], start.shape, np.float32)
     return _State(x, r, memory.zeros(start.shape, np.float32), product, m_inverse)
@@ -153,7 +153,7 @@ def _invert(top: int, bottom: int, matrix: NDArray[np.float32], out: NDArray[np.
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def _multiply(
+def multiply(
     top: int, bottom: int, a: NDArray[np.float32], p: NDArray[np.float32], ap: NDArray[np.float32]
 ) -> NDArray[np.float64]:
     """A·p of rows; returns pᵀ A·p per expression, ``(N,)``."""

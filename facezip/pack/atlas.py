@@ -1,5 +1,6 @@
 """The weight maps of all expressions as one image: N maps side by side, four slots in its four channels."""
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -19,6 +20,17 @@ def atlas(slots: NDArray[Any], columns: int) -> NDArray[np.uint8]:
         image[(*place, slice(used))] = slot
         memory.ease()
     return image
+
+
+def atlases(weights: NDArray[Any], columns: int) -> list[NDArray[np.uint8]]:
+    """``(N, h, w, R)`` weight maps as the atlas of every four slots."""
+    slots = range(0, weights.shape[3], SLOTS_PER_LAYER)
+    return [atlas(weights[..., slot : slot + SLOTS_PER_LAYER], columns) for slot in slots]
+
+
+def columns_of(count: int) -> int:
+    """How many maps lie in a row of an atlas of ``count``: as many as in a column, or one more."""
+    return math.isqrt(count - 1) + 1
 
 
 def from_atlas(layers: list[Texels], size: tuple[int, int], count: int, slots: int) -> NDArray[np.uint8]:

@@ -12,15 +12,17 @@ from facezip.files.opening import MAX_SIDE
 from facezip.files.reading import MOST_EXPANSION, SPARE
 from facezip.names import MAX_CHARACTERS, first_unusable
 from facezip.pack.footprint import SLOTS_PER_LAYER
-from facezip.pack.manifest import FILE_NAME, GeometryEntry, Manifest, MapEntry, TextureEntry, TileEntry
+from facezip.pack.manifest import FILE_NAME, GeometryEntry, Manifest, MapEntry, MasksEntry, TextureEntry, TileEntry
 
 MAX_DIFFERENCES = 8
 MAX_MAPS = 16
 MAX_TILES = 100
+MAX_MASKS = 4096
 # An atlas of many weight maps is larger than a texture may be.
 MAX_ATLAS_SIDE = 2**16
 MAX_CORNERS = 2**24
 MAX_NUMBER = 1e9
+BYTES_OF_AN_ACTIVATION = 2
 
 SHA256 = re.compile(r"[0-9a-f]{64}")
 
@@ -33,7 +35,7 @@ def first_out_of_range(manifest: Manifest) -> str | None:
 
 
 def atlas_shape(tile: TileEntry, count: int) -> tuple[int, int, int]:
-    """Rows, columns and channels of the image that holds four slots of ``count`` weight maps."""
+    """Rows, columns and channels of the image that holds ``count`` weight maps in four slots, or masks by four."""
     h, w = tile.weight_size
     return -(-count // tile.weight_columns) * h, tile.weight_columns * w, SLOTS_PER_LAYER
 
@@ -56,10 +58,12 @@ def _checks(m: Manifest) -> Checks:
     yield "number", numbers == sorted({*numbers})
     yield "weight_span", is_list(m.tiles[0].weight_span, 1, MAX_DIFFERENCES)
     slots, count = len(m.tiles[0].weight_span), len(m.expressions)
+    if m.masks is not None:
+        yield from _mask_checks(m.masks, m)
     for tile in m.tiles:
-        yield from _tile_checks(tile, m.maps, slots, count)
+        yield from _tile_checks(tile, m, slots)
     uniform = [tile.weight_size == (1, 1) for tile in m.tiles]
-    yield "weight_size", all(uniform) or not any(uniform)
+    yield "weight_size", (all(uniform) and m.masks is None) or not any(uniform)
     rows = count if uniform[0] else 0
     yield "uniform_weights", is_table(m.uniform_weights, (rows, rows), slots, -MAX_NUMBER)
     if m.geometry is not None:
@@ -76,13 +80,23 @@ def _map_checks(kind: MapEntry) -> Checks:
     yield "channels", is_count(kind.channels, 1, 4) and (kind.encoding != "normal" or kind.channels == 2)
 
 
-def _tile_checks(tile: TileEntry, maps: tuple[MapEntry, ...], slots: int, count: int) -> Checks:
+def _mask_checks(masks: MasksEntry, m: Manifest) -> Checks:
+    yield "masks", is_list(masks.names, 1, MAX_MASKS) and are_names(masks.names)
+    yield "masks", is_list(masks.files, len(m.tiles), len(m.tiles)) and type(masks.clamped) is bool
+    for tile in m.tiles:
+        # As they are: masks have their own range, and activations theirs.
+        yield "weight_span", tile.weight_span == (1,) * len(m.tiles[0].weight_span)
+        yield "weight_offset", tile.weight_offset == (0,) * len(tile.weight_span)
+
+
+def _tile_checks(tile: TileEntry, m: Manifest, slots: int) -> Checks:
+    maps, count = m.maps, m.masks.fours if m.masks else len(m.expressions)
     yield "weight_size", is_size(tile.weight_size)
     yield "weight_columns", is_count(tile.weight_columns, 1, count)
     yield "weight_columns", max(atlas_shape(tile, count)) <= MAX_ATLAS_SIDE
     yield "weight_span", are_numbers(tile.weight_span, slots, 0)
     yield "weight_offset", are_numbers(tile.weight_offset, slots, -MAX_NUMBER)
-    layers = 0 if tile.weight_size == (1, 1) else -(-slots // SLOTS_PER_LAYER)
+    layers = 0 if tile.weight_size == (1, 1) or m.masks else -(-slots // SLOTS_PER_LAYER)
     yield "weights", is_list(tile.weights, layers, layers)
     yield "textures", is_list(tile.textures, len(maps), len(maps))
     for kind, texture in zip(maps, tile.textures, strict=True):
@@ -109,11 +123,15 @@ def _file_checks(m: Manifest) -> Checks:
     named = [name for _, texture in m.entries().values() for name in (texture.neutral, *texture.differences)]
     named += [name for tile in m.tiles for name in tile.weights]
     named += m.geometry.files if m.geometry else ()
+    named += (*m.masks.files, m.masks.activations) if m.masks else ()
     yield "files", all(isinstance(name, str) for name in named) and len({*named}) == len(named)
     yield "files", {*m.files} == {*named} and FILE_NAME not in named
     for file in m.files.values():
         yield "files", isinstance(file.sha256, str) and SHA256.fullmatch(file.sha256) is not None
         yield "files", is_count(file.bytes, 1, 2**40)
+    if m.masks is not None:
+        numbers = len(m.expressions) * len(m.masks.names) * len(m.tiles[0].weight_span)
+        yield "activations", m.files[m.masks.activations].bytes == BYTES_OF_AN_ACTIVATION * numbers
 
 
 def _proportions(m: Manifest) -> Checks:
@@ -125,6 +143,9 @@ def _proportions(m: Manifest) -> Checks:
     for tile in m.tiles:
         for file in tile.weights:
             yield "weight_size", is_in_proportion(math.prod(atlas_shape(tile, len(m.expressions))), m, file)
+    if m.masks is not None:
+        for tile, file in zip(m.tiles, m.masks.files, strict=True):
+            yield "weight_size", is_in_proportion(math.prod(atlas_shape(tile, m.masks.fours)), m, file)
 
 
 def is_in_proportion(decoded: int, m: Manifest, name: str) -> bool:

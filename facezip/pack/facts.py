@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from facezip.pack.manifest import Manifest
+from facezip.pack.manifest import Manifest, MasksEntry
 from facezip.pack.verification import bytes_on_disk
 
 
@@ -12,7 +12,8 @@ def pack_facts(path: Path, manifest: Manifest) -> dict[str, Any]:
     """Sizes and make of a verified pack, from its manifest alone.
 
     The first map on the first tile stands for those that have one size; ``weight_scale`` says how many times smaller
-    its weight maps are, None where weights are uniform.
+    its weight maps are, None where weights are uniform. ``masks``, where weight maps are made of masks, names them and
+    says whether all activations lie in 0..1 or are free.
     """
     first, cost = manifest.tiles[0], manifest.footprint
     size = first.textures[0].size
@@ -24,6 +25,7 @@ def pack_facts(path: Path, manifest: Manifest) -> dict[str, Any]:
         "differences": cost.differences,
         "weight_scale": round(size[0] / first.weight_size[0]) if cost.layers else None,
         "expressions": list(manifest.expressions),
+        "masks": _masks(manifest.masks) if manifest.masks else None,
         "maps": [
             {"name": kind.name, "encoding": kind.encoding, "channels": kind.channels, "range": list(kind.range)}
             for kind in manifest.maps
@@ -48,6 +50,10 @@ def pack_facts(path: Path, manifest: Manifest) -> dict[str, Any]:
         "vertices": manifest.geometry.vertices if manifest.geometry else 0,
         "made_with": manifest.made_with,
     }
+
+
+def _masks(masks: MasksEntry) -> dict[str, Any]:
+    return {"names": list(masks.names), "activations": "0..1" if masks.clamped else "free"}
 
 
 def several(facts: Mapping[str, Any]) -> str:

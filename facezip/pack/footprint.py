@@ -45,6 +45,7 @@ class Footprint:
     differences : number R of difference textures a map; 0 for textures that are not compressed.
     expressions : number N of expressions.
     geometry : bytes of the mesh and its morph targets, as a pack holds them; 0 without.
+    masks : number K of masks that stand in place of the expressions' weight maps; 0 where those are stored.
     """
 
     tiles: tuple[tuple[Texture, ...], ...]
@@ -52,6 +53,7 @@ class Footprint:
     differences: int
     expressions: int
     geometry: int = 0
+    masks: int = 0
 
     @classmethod
     def of_one(
@@ -96,9 +98,10 @@ class Footprint:
 
     @property
     def weight_bytes(self) -> int:
-        """Weight maps of h x w texels on every tile, RGBA of 8 bits: 4·N·h·w·⌈R/4⌉."""
+        """Weight maps of h x w texels on every tile, RGBA of 8 bits: 4·N·h·w·⌈R/4⌉; of masks 4·h·w·⌈K/4⌉."""
         texels = sum(height * width for height, width in self.weight_sizes)
-        return self.expressions * texels * SLOTS_PER_LAYER * self.layers
+        images = -(-self.masks // SLOTS_PER_LAYER) if self.masks else self.expressions * self.layers
+        return images * texels * SLOTS_PER_LAYER
 
     @property
     def bytes_raw(self) -> int:

@@ -6,11 +6,12 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from facezip.character.maps import Key, Map
-from facezip.pack.footprint import Footprint, Texture
+from facezip.pack.footprint import SLOTS_PER_LAYER, Footprint, Texture
 
 FORMAT = "facezip-pack/3"
 FILE_NAME = "manifest.json"
 HEAD_FILE = "head.glb"
+ACTIVATIONS_FILE = "activations.f16"
 
 
 @dataclass(frozen=True)
@@ -74,10 +75,10 @@ class TileEntry:
     Attributes
     ----------
     number : of the UDIM tile, 1001 + column + 10 · row.
-    weight_size : rows and columns of one weight map; ``[1, 1]`` for uniform weights.
-    weight_columns : weight maps per row of an atlas.
+    weight_size : rows and columns of one weight map or mask; ``[1, 1]`` for uniform weights.
+    weight_columns : weight maps, or fours of masks, per row of an atlas.
     weight_span, weight_offset : R numbers each; W = t · span + offset.
-    weights : the files, an atlas for every four slots; none for uniform weights.
+    weights : the files, an atlas for every four slots; none for uniform weights and for masks.
     textures : one a map.
     """
 
@@ -106,6 +107,29 @@ class GeometryEntry:
 
 
 @dataclass(frozen=True)
+class MasksEntry:
+    """The masks of which weight maps are made (:class:`facezip.pack.masked.MaskedWeights`).
+
+    Attributes
+    ----------
+    names : K names.
+    files : one a tile, in the order of ``tiles``: an atlas of masks, four in each texel.
+    activations : the file; N · K · R little-endian float16, R innermost.
+    clamped : whether all of them lie in 0..1.
+    """
+
+    names: tuple[str, ...]
+    files: tuple[str, ...]
+    activations: str
+    clamped: bool
+
+    @property
+    def fours(self) -> int:
+        """How many RGBA images the masks fill."""
+        return -(-len(self.names) // SLOTS_PER_LAYER)
+
+
+@dataclass(frozen=True)
 class Manifest:
     """The fields of ``manifest.json``, checked against their ranges when it is read.
 
@@ -117,6 +141,7 @@ class Manifest:
     maps, tiles : what there is; albedo first, numbers ascending.
     uniform_weights : N lists of R numbers, for all tiles, where weights are uniform, else empty.
     geometry : the meshes, or None.
+    masks : of which weight maps are made; None, and no field of the file, where those are stored.
     made_with : options and measured errors; for people, ignored by readers.
     files : every other file in the folder.
     """
@@ -128,6 +153,7 @@ class Manifest:
     tiles: tuple[TileEntry, ...]
     uniform_weights: tuple[tuple[float, ...], ...]
     geometry: GeometryEntry | None
+    masks: MasksEntry | None = None
     made_with: dict[str, Any] = field(default_factory=dict)
     files: dict[str, StoredFile] = field(default_factory=dict)
 
@@ -143,6 +169,7 @@ class Manifest:
             len(self.tiles[0].weight_span),
             len(self.expressions),
             sum(self.files[name].bytes for name in self.geometry.files) if self.geometry else 0,
+            len(self.masks.names) if self.masks else 0,
         )
 
     def entries(self) -> dict[Key, tuple[MapEntry, TextureEntry]]:
@@ -156,5 +183,7 @@ class Manifest:
     def to_bytes(self) -> bytes:
         """The file's content; its first field is the SHA-256 of all its bytes with that field's digits set to 0."""
         whole = {"sha256": "0" * 64, "format": FORMAT, **asdict(self)}
+        if self.masks is None:
+            del whole["masks"]
         blank = json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False).encode() + b"\n"
         return blank.replace(b"0" * 64, hashlib.sha256(blank).hexdigest().encode(), 1)

@@ -13,6 +13,7 @@ from facezip.character.scans import NEUTRAL, map_named, tile_among, unknown
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.machine.rows import by_rows
 from facezip.pack.footprint import Footprint, Texture
+from facezip.pack.masked import MaskedWeights
 from facezip.pack.sampling import Grid, bilinear_grid
 
 # Blendshape weights lie within 0 and 1, and somewhat beyond where an animator exaggerates.
@@ -44,12 +45,12 @@ class CompressedTextures:
 
     Attributes
     ----------
-    method : what fitted them: paper, paper-optimised, paper-unpermuted, pca, refined.
+    method : what fitted them: paper, paper-optimised, paper-unpermuted, pca, refined, masks.
     expressions : N names in the order of ``weights``.
     maps : the kinds of maps, albedo first.
     parts : neutral and difference textures by map and tile.
     weights : by tile, ``(N, h, w, R)`` float32, sampled bilinearly; the maps of a tile share them. PCA is the special
-        case of one texel, ``h = w = 1``.
+        case of one texel, ``h = w = 1``; a :class:`MaskedWeights` makes them of fixed masks.
     meshes : the geometry, whose UV layout spans all tiles, or None.
     """
 
@@ -66,15 +67,22 @@ class CompressedTextures:
         return tuple(sorted(self.weights))
 
     @property
+    def masked(self) -> MaskedWeights | None:
+        """The masks and activations that the weight maps are made of, where they are."""
+        return self.weights if isinstance(self.weights, MaskedWeights) else None
+
+    @property
     def footprint(self) -> Footprint:
         """Bytes and fetches at run time."""
+        maps = self.masked.masks if self.masked else self.weights
         return Footprint(
             tuple(
                 tuple(Texture(*self.parts[kind.name, tile].neutral.shape) for kind in self.maps) for tile in self.tiles
             ),
-            tuple(weights.shape[1:3] for _, weights in sorted(self.weights.items())),
-            next(iter(self.weights.values())).shape[3],
+            tuple(maps[tile].shape[1:3] for tile in self.tiles),
+            len(next(iter(self.parts.values())).differences),
             len(self.expressions),
+            masks=len(self.masked.names) if self.masked else 0,
         )
 
     def reconstruct(self, expression: str, map: str = ALBEDO, tile: int | None = None) -> NDArray[np.float32]:
@@ -109,14 +117,19 @@ class CompressedTextures:
 
     def combined(self, weights: Mapping[str, float], tile: int) -> NDArray[np.float32]:
         """The weight map ``(h, w, R)`` of a blend on a tile, Σ_n β_n W_n; raises as :meth:`blend`."""
-        maps = self.weights[tile]
-        total = np.zeros(maps.shape[1:], np.float32)
+        betas = np.zeros(len(self.expressions), np.float32)
         for name, weight in weights.items():
             if name not in self.expressions:
                 raise unknown("expression", name, self.expressions, "this pack")
             if not abs(weight) <= MAX_BLEND:
                 raise FaceZipError(ErrorCode.BAD_VALUE, f"weight {weight} of '{name}': must lie within ±{MAX_BLEND}")
-            total += np.float32(weight) * maps[self.expressions.index(name)]
+            betas[self.expressions.index(name)] = weight
+        if self.masked:
+            return self.masked.combined(betas, tile)
+        maps = self.weights[tile]
+        total = np.zeros(maps.shape[1:], np.float32)
+        for n in np.flatnonzero(betas):
+            total += betas[n] * maps[n]
         return total
 
 

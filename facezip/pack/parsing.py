@@ -19,6 +19,7 @@ from facezip.pack.manifest import (
     GeometryEntry,
     Manifest,
     MapEntry,
+    MasksEntry,
     StoredFile,
     TextureEntry,
     TileEntry,
@@ -79,14 +80,16 @@ def manifest_of(document: dict[str, Any]) -> Manifest:
     """A manifest of version 3's document, lists as tuples; ValueError, TypeError or KeyError for any other."""
     known = {each.name for each in fields(Manifest)}
     odd = {*document} ^ known
-    if odd:
-        raise ValueError(f"field '{min(odd)}' is {'missing' if min(odd) in known else 'unknown'}")
+    if odd - {"masks"}:
+        first = min(odd - {"masks"})
+        raise ValueError(f"field '{first}' is {'missing' if first in known else 'unknown'}")
     document = dict(document)
-    geometry = document.pop("geometry")
+    geometry, masks = document.pop("geometry"), document.pop("masks", None)
     return Manifest(
         maps=tuple(MapEntry(**entry) for entry in document.pop("maps")),
         tiles=tuple(_tile(dict(entry)) for entry in document.pop("tiles")),
         geometry=None if geometry is None else GeometryEntry(**geometry),
+        masks=None if masks is None else MasksEntry(**masks),
         files={name: StoredFile(**entry) for name, entry in document.pop("files").items()},
         **document,
     )

@@ -13,6 +13,7 @@ from facezip.character.neutrals import packed_neutral, unpacked_neutral
 from facezip.files.images import Texels, to_float
 from facezip.machine import memory
 from facezip.machine.rows import by_rows, map_rows, sum_rows
+from facezip.pack.masked import MaskedWeights
 from facezip.pack.model import CompressedTextures, Part
 
 # Zero is this byte exactly, so that texels which no expression changes stay untouched.
@@ -81,14 +82,23 @@ class StoredTextures:
     expressions: tuple[str, ...]
     maps: tuple[Map, ...]
     parts: Mapping[Key, StoredPart]
-    weights: Mapping[int, StoredWeights]
+    weights: Mapping[int, StoredWeights] | MaskedWeights
     meshes: Meshes | None = None
+
+    def weight_maps(self, tile: int) -> StoredWeights:
+        """The weight maps of a tile as bytes; those that are made of masks are rounded, each slot over its range."""
+        stored = self.weights[tile]
+        return quantise_weights(stored) if isinstance(stored, np.ndarray) else stored
 
     def dequantised(self) -> CompressedTextures:
         """The model that a reader sees; inverse of :func:`quantise` up to rounding."""
         kinds = {kind.name: kind for kind in self.maps}
         parts = {key: dequantise_part(part, kinds[key[0]]) for key, part in self.parts.items()}
-        weights = {tile: stored.values for tile, stored in self.weights.items()}
+        weights: Mapping[int, NDArray[np.float32]] = (
+            self.weights
+            if isinstance(self.weights, MaskedWeights)
+            else {tile: stored.values for tile, stored in self.weights.items()}
+        )
         return CompressedTextures(self.method, self.expressions, self.maps, parts, weights, self.meshes)
 
 
@@ -96,7 +106,7 @@ def quantise(model: CompressedTextures) -> StoredTextures:
     """Round a model to 8 bits a channel (neutrals to 8 or 16), each range stretched to use them fully."""
     kinds = {kind.name: kind for kind in model.maps}
     parts = {key: quantise_part(part, kinds[key[0]]) for key, part in model.parts.items()}
-    weights = {tile: quantise_weights(values) for tile, values in model.weights.items()}
+    weights = model.masked or {tile: quantise_weights(values) for tile, values in model.weights.items()}
     return StoredTextures(model.method, model.expressions, model.maps, parts, weights, model.meshes)
 
 

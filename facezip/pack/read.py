@@ -19,8 +19,10 @@ from facezip.machine.cores import cores
 from facezip.machine.rows import by_rows
 from facezip.pack.atlas import from_atlas
 from facezip.pack.checks import atlas_shape
+from facezip.pack.footprint import SLOTS_PER_LAYER
 from facezip.pack.geometry import read_head
-from facezip.pack.manifest import HEAD_FILE, GeometryEntry, Manifest, MapEntry, TextureEntry, TileEntry
+from facezip.pack.manifest import HEAD_FILE, GeometryEntry, Manifest, MapEntry, MasksEntry, TextureEntry, TileEntry
+from facezip.pack.masked import MaskedWeights
 from facezip.pack.model import CompressedTextures
 from facezip.pack.parsing import bad_pack
 from facezip.pack.quantise import StoredPart, StoredTextures, StoredWeights
@@ -62,7 +64,9 @@ def read_stored(folder: Path, manifest: Manifest) -> StoredTextures:
             manifest.expressions,
             tuple(entry.kind for entry in manifest.maps),
             {key: _part(folder, *entries) for key, entries in manifest.entries().items()},
-            {tile.number: _weights(folder, manifest, tile) for tile in manifest.tiles},
+            _masked(folder, manifest, manifest.masks)
+            if manifest.masks
+            else {tile.number: _weights(folder, manifest, tile) for tile in manifest.tiles},
             _meshes(folder, manifest.geometry, manifest.expressions) if manifest.geometry else None,
         )
 
@@ -101,6 +105,22 @@ def _weights(folder: Path, manifest: Manifest, tile: TileEntry) -> StoredWeights
     count = len(manifest.expressions)
     layers = [_image(folder, file, atlas_shape(tile, count), "uint8") for file in tile.weights]
     return StoredWeights(from_atlas(layers, tile.weight_size, count, len(span)), span, offset)
+
+
+def _masked(folder: Path, manifest: Manifest, entry: MasksEntry) -> MaskedWeights:
+    count, slots = len(entry.names), len(manifest.tiles[0].weight_span)
+    masks = {}
+    for tile, file in zip(manifest.tiles, entry.files, strict=True):
+        image = _image(folder, file, atlas_shape(tile, entry.fours), "uint8")
+        fours = from_atlas([image], tile.weight_size, entry.fours, SLOTS_PER_LAYER)
+        masks[tile.number] = np.ascontiguousarray(fours.transpose(0, 3, 1, 2).reshape(-1, *tile.weight_size)[:count])
+    stored = np.fromfile(folder / entry.activations, "<f2").astype(np.float16)
+    activations = stored.reshape(len(manifest.expressions), count, slots)
+    masked = MaskedWeights(entry.names, masks, activations)
+    if not np.isfinite(activations).all() or masked.clamped != entry.clamped:
+        where = "all within 0 and 1" if entry.clamped else "finite numbers, some of them outside 0..1"
+        raise bad_pack(folder, f"'{entry.activations}' does not hold {where}")
+    return masked
 
 
 def _meshes(folder: Path, geometry: GeometryEntry, expressions: tuple[str, ...]) -> Meshes:

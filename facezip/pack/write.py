@@ -1,7 +1,8 @@
 """Writing a pack: whole or not at all, for readers that refuse what is not exactly so."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,23 +17,26 @@ from facezip.files.images import Texels, write_texture
 from facezip.files.writing import whole_folder
 from facezip.machine.cores import cores
 from facezip.machine.rows import by_rows
-from facezip.pack.atlas import atlas
+from facezip.pack.atlas import atlas, atlases, columns_of
 from facezip.pack.checks import first_out_of_range
 from facezip.pack.footprint import SLOTS_PER_LAYER
 from facezip.pack.geometry import head_bytes
 from facezip.pack.manifest import (
+    ACTIVATIONS_FILE,
     FILE_NAME,
     HEAD_FILE,
     GeometryEntry,
     Manifest,
     MapEntry,
+    MasksEntry,
     StoredFile,
     TextureEntry,
     TileEntry,
 )
+from facezip.pack.masked import MaskedWeights
 from facezip.pack.model import CompressedTextures
 from facezip.pack.parsing import MAX_BYTES
-from facezip.pack.quantise import ZERO, StoredPart, StoredWeights, quantise_part, quantise_weights
+from facezip.pack.quantise import ZERO, StoredPart, quantise_part, quantise_weights
 from facezip.pack.verification import is_pack, stored
 
 
@@ -68,8 +72,9 @@ def write_pack(
     with whole_folder(path, overwrite, is_pack) as folder:
         tiles = tuple(_write_tile(model, tile, folder) for tile in model.tiles)
         geometry = _write_geometry(model, name or "head", folder)
+        masks = _write_activations(model.masked, folder) if model.masked else None
         files = {file.name: stored(file) for file in sorted(folder.iterdir())}
-        manifest = _manifest(model, name, tiles, geometry, dict(made_with or {}), files)
+        manifest = _manifest(model, name, tiles, geometry, masks, dict(made_with or {}), files)
         (folder / FILE_NAME).write_bytes(_content(path, manifest))
 
 
@@ -86,8 +91,6 @@ def _content(path: Path, manifest: Manifest) -> bytes:
 
 
 def _write_tile(model: CompressedTextures, tile: int, folder: Path) -> TileEntry:
-    weights = quantise_weights(model.weights[tile])
-    columns = 1 if weights.uniform else int(np.ceil(np.sqrt(len(weights.texels))))
     images: dict[str, Texels] = {}
     textures = []
     for kind in model.maps:
@@ -98,19 +101,44 @@ def _write_tile(model: CompressedTextures, tile: int, folder: Path) -> TileEntry
             file: _as_image(texels, kind) for file, texels in zip(entry.differences, part.differences, strict=True)
         }
         textures.append(entry)
-    layers = _layers(weights, columns, tile)
-    images |= layers
+    weights = _masks(model.masked, tile, images) if model.masked else _weights(model.weights[tile], tile, images)
     with ThreadPoolExecutor(cores()) as pool:
         list(pool.map(lambda file: write_texture(folder / file, images[file]), images))
+    return replace(weights, textures=tuple(textures))
+
+
+def _weights(maps: NDArray[np.float32], tile: int, images: dict[str, Texels]) -> TileEntry:
+    """A tile without its textures; adds the atlas of every four slots to ``images``, none for uniform weights."""
+    weights = quantise_weights(maps)
+    columns = 1 if weights.uniform else columns_of(len(weights.texels))
+    layers = {} if weights.uniform else dict(_layers(weights.texels, columns, tile))
+    images |= layers
     return TileEntry(
         number=tile,
-        weight_size=(weights.texels.shape[1], weights.texels.shape[2]),
+        weight_size=(maps.shape[1], maps.shape[2]),
         weight_columns=columns,
         weight_span=tuple(map(float, weights.span)),
         weight_offset=tuple(map(float, weights.offset)),
         weights=tuple(layers),
-        textures=tuple(textures),
+        textures=(),
     )
+
+
+def _masks(masked: MaskedWeights, tile: int, images: dict[str, Texels]) -> TileEntry:
+    """As :func:`_weights`, of masks: an atlas of them by four."""
+    masks, slots = masked.masks[tile], masked.activations.shape[2]
+    size = masks.shape[1], masks.shape[2]
+    padded = np.pad(masks, ((0, -len(masks) % SLOTS_PER_LAYER), (0, 0), (0, 0)))
+    fours = padded.reshape(-1, SLOTS_PER_LAYER, *size).transpose(0, 2, 3, 1)
+    columns = columns_of(len(fours))
+    images[f"masks.{tile}.png"] = atlas(fours, columns)
+    return TileEntry(tile, size, columns, (1.0,) * slots, (0.0,) * slots, weights=(), textures=())
+
+
+def _write_activations(masked: MaskedWeights, folder: Path) -> MasksEntry:
+    masked.activations.astype("<f2").tofile(folder / ACTIVATIONS_FILE)
+    files = tuple(f"masks.{tile}.png" for tile in sorted(masked))
+    return MasksEntry(masked.names, files, ACTIVATIONS_FILE, masked.clamped)
 
 
 def _texture_entry(stem: str, kind: Map, part: StoredPart) -> TextureEntry:
@@ -124,15 +152,10 @@ def _texture_entry(stem: str, kind: Map, part: StoredPart) -> TextureEntry:
     )
 
 
-def _layers(weights: StoredWeights, columns: int, tile: int) -> dict[str, Texels]:
-    """The atlas of every four slots, by file; none for uniform weights."""
-    if weights.uniform:
-        return {}
-    found: dict[str, Texels] = {}
-    for layer, slot in enumerate(range(0, weights.texels.shape[3], SLOTS_PER_LAYER)):
-        file = f"weights{f'_{layer}' if layer else ''}.{tile}.png"
-        found[file] = atlas(weights.texels[..., slot : slot + SLOTS_PER_LAYER], columns)
-    return found
+def _layers(texels: NDArray[Any], columns: int, tile: int) -> Iterator[tuple[str, Texels]]:
+    """The atlas of every four slots, and its file."""
+    for layer, image in enumerate(atlases(texels, columns)):
+        yield f"weights{f'_{layer}' if layer else ''}.{tile}.png", image
 
 
 def _as_image(difference: NDArray[np.uint8], kind: Map) -> NDArray[np.uint8]:
@@ -163,11 +186,12 @@ def _manifest(
     name: str,
     tiles: tuple[TileEntry, ...],
     geometry: GeometryEntry | None,
+    masks: MasksEntry | None,
     made_with: dict[str, Any],
     files: dict[str, StoredFile],
 ) -> Manifest:
-    first = model.weights[model.tiles[0]]
-    uniform = first[:, 0, 0].tolist() if first.shape[1:3] == (1, 1) else []
+    is_uniform = masks is None and tiles[0].weight_size == (1, 1)
+    uniform = model.weights[tiles[0].number][:, 0, 0].tolist() if is_uniform else []
     channels = {kind: model.parts[kind.name, model.tiles[0]].neutral.shape[2] for kind in model.maps}
     return Manifest(
         name=name,
@@ -177,6 +201,7 @@ def _manifest(
         tiles=tiles,
         uniform_weights=tuple(map(tuple, uniform)),
         geometry=geometry,
+        masks=masks,
         made_with=made_with,
         files=files,
     )

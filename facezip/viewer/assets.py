@@ -31,7 +31,7 @@ def pack_assets(pack: Path, manifest: Manifest, stored: StoredTextures) -> Asset
     """What shows a pack: images as its files hold them, weight maps one after the other, the head as a GLB."""
     assets: Assets = {}
     for t, tile in enumerate(manifest.tiles):
-        assets[f"tile_{t}.weights.zlib"] = _constant(_deflated(_layers(stored.weights[tile.number])))
+        assets[f"tile_{t}.weights.zlib"] = _constant(_deflated(_layers(stored.weight_maps(tile.number))))
         for m, (entry, texture) in enumerate(zip(manifest.maps, tile.textures, strict=True)):
             stem = f"tile_{t}.map_{m}"
             for i, file in enumerate(texture.differences):

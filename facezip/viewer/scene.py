@@ -14,7 +14,7 @@ from facezip.errors import ErrorCode, FaceZipError
 from facezip.pack.belonging import check_belongs
 from facezip.pack.errors import Errors, model_errors
 from facezip.pack.manifest import Manifest, MapEntry, TextureEntry, TileEntry
-from facezip.pack.quantise import ZERO, StoredTextures
+from facezip.pack.quantise import ZERO, StoredTextures, StoredWeights
 from facezip.pack.read import read_stored
 from facezip.pack.verification import bytes_on_disk, verify_pack
 from facezip.rigging.sequences import poses_for
@@ -67,12 +67,12 @@ def _document(pack: Path, manifest: Manifest, stored: StoredTextures, errors: Er
         "expressions": list(manifest.expressions),
         "poses": list(_poses(manifest.expressions)),
         "maps": [_map(entry, errors) for entry in manifest.maps],
-        "tiles": [_tile(tile, manifest.maps) for tile in manifest.tiles],
+        "tiles": [_tile(tile, manifest.maps, stored.weight_maps(tile.number)) for tile in manifest.tiles],
         "slots": cost.differences,
         "difference_zero": ZERO / 255,
         "max_slope": MAX_SLOPE,
         "uniform": bool(manifest.uniform_weights),
-        "weight_range": max(float(np.abs(weights.values).max()) for weights in stored.weights.values()),
+        "weight_range": max(float(np.abs(stored.weight_maps(tile).values).max()) for tile in stored.weights),
         "costs": {
             "bytes_on_gpu": cost.bytes_on_gpu,
             "bytes_raw": cost.bytes_raw,
@@ -104,13 +104,13 @@ def _map(entry: MapEntry, errors: Errors | None) -> dict[str, Any]:
     }
 
 
-def _tile(tile: TileEntry, maps: tuple[MapEntry, ...]) -> dict[str, Any]:
+def _tile(tile: TileEntry, maps: tuple[MapEntry, ...], weights: StoredWeights) -> dict[str, Any]:
     return {
         "number": tile.number,
         "place": list(place_of(tile.number)),
         "weight_size": list(tile.weight_size),
-        "weight_span": list(tile.weight_span),
-        "weight_offset": list(tile.weight_offset),
+        "weight_span": weights.span.tolist(),
+        "weight_offset": weights.offset.tolist(),
         "textures": [_texture(*each) for each in zip(maps, tile.textures, strict=True)],
     }
 

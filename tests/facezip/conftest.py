@@ -13,6 +13,7 @@ from facezip.character.tiles import FIRST_TILE
 from facezip.files.obj import Topology
 from facezip.fit.methods import compress
 from facezip.pack.errors import albedo_errors, mean_rmse
+from facezip.pack.masked import MaskedWeights
 from facezip.pack.model import CompressedTextures, Part
 
 ALBEDO_KEY = (ALBEDO, FIRST_TILE)
@@ -75,6 +76,15 @@ def random_model(seed=0, size=(24, 40), weights=(3, 5), slots=4, expressions=3, 
     maps = rng.normal(0, 1, (expressions, *weights, slots)).astype(np.float32)
     names = tuple(f"expr_{n}" for n in range(expressions))
     return one_part(part, maps, names, geometry if meshes else None)
+
+
+def masked(model, count=6):
+    """The model with weight maps that are made of random masks."""
+    rng = np.random.default_rng(1)
+    masks = {tile: rng.integers(0, 256, (count, *maps.shape[1:3]), np.uint8) for tile, maps in model.weights.items()}
+    slots = len(next(iter(model.parts.values())).differences)
+    activations = rng.normal(0, 1, (len(model.expressions), count, slots)).astype(np.float16)
+    return replace(model, weights=MaskedWeights(tuple(f"m{k}" for k in range(count)), masks, activations))
 
 
 def one_part(part, weights, expressions=None, meshes=None, method="refined"):

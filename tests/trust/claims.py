@@ -19,7 +19,7 @@ from facezip.files.obj import read_obj
 from facezip.pack.manifest import FILE_NAME
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
-from tests.facezip.conftest import random_character, random_model
+from tests.facezip.conftest import masked, random_character, random_model
 from tests.facezip.files import stored
 from tests.trust.children import in_child, memory_above
 from tests.trust.findings import Row
@@ -146,6 +146,12 @@ def _packs(work: Path) -> list[tuple[str, Callable[[], Any]]]:
         document = json.loads((pack / FILE_NAME).read_bytes())
         sign(pack, change(document) or document)
         calls.append((name, lambda pack=pack: read_pack(pack)))
+    pack = work / "pack-of-4096-masks.facezip"
+    write_pack(masked(random_model()), pack)
+    document = json.loads((pack / FILE_NAME).read_bytes())
+    document["masks"]["names"] = [f"m{k}" for k in range(4096)]
+    sign(pack, _with_sizes(document, 9000, 1024, weight_columns=32))
+    calls.append((pack.stem, lambda: read_pack(pack)))
     sparse = work / "pack-manifest-of-a-terabyte.facezip"
     write_pack(random_model(), sparse)
     with open(sparse / FILE_NAME, "r+b") as file:

@@ -16,6 +16,7 @@ from tests.trust.findings import Row
 
 GOLDEN = Path(__file__).parent.parent / "data" / "pack-1" / "golden.facezip"
 LAYERED = GOLDEN.parent.parent / "pack-2" / "golden.facezip"
+MASKED = GOLDEN.parent.parent / "pack-3-masks" / "golden.facezip"
 BATCH = 250
 
 # Does something to a copy of the pack.
@@ -23,9 +24,10 @@ Damage = Callable[[Path], None]
 
 
 def check_damage(work: Path, part: float) -> list[Row]:
-    """All kinds of damage; ``part`` of 1 makes more than 10,000 packs of version 1, a fifth as many of version 2."""
+    """All kinds of damage; ``part`` of 1 makes more than 10,000 packs of version 1, a fifth as many of either other."""
     rows = _check(work, part, GOLDEN, "packs with")
-    return rows + _check(work, part / 5, LAYERED, "packs of several maps with")
+    rows += _check(work, part / 5, LAYERED, "packs of several maps with")
+    return rows + _check(work, part / 5, MASKED, "packs of masks with")
 
 
 def _check(work: Path, part: float, golden: Path, what: str) -> list[Row]:

@@ -32,7 +32,7 @@ from tests.facezip.conftest import random_character
 from tests.facezip.surfaces import random_surface
 from tests.trust import mutations
 from tests.trust.children import in_child
-from tests.trust.damage import GOLDEN, LAYERED
+from tests.trust.damage import GOLDEN, LAYERED, MASKED
 from tests.trust.findings import Row
 from tests.trust.mutants import COMPRESSIONS, store_as
 from tests.trust.statements import make_statements
@@ -98,7 +98,7 @@ def make_corpus(work: Path) -> dict[str, list[Path]]:
     save_character(random_character(side=16, grid=3, expressions=2), work / "character")
     (work / "glb").mkdir()
     shutil.copytree(GOLDEN, work / "pack")
-    for golden in (GOLDEN, LAYERED):
+    for golden in (GOLDEN, LAYERED, MASKED):
         shutil.copytree(golden, work / golden.parent.name)
     save_character(random_character(side=16, grid=3, expressions=2), work / "glb" / "sheet.glb")
     (work / "gltf").mkdir()
@@ -113,7 +113,7 @@ def make_corpus(work: Path) -> dict[str, list[Path]]:
         "image of numbers": images,
         "mesh": [file for file in character if file.suffix == ".obj"],
         "pack": [work / "pack" / FILE_NAME, *sorted((work / "pack").glob("*.png"))[:3]],
-        "signed pack": [work / golden.parent.name / FILE_NAME for golden in (GOLDEN, LAYERED)],
+        "signed pack": [work / golden.parent.name / FILE_NAME for golden in (GOLDEN, LAYERED, MASKED)],
         "character": character,
         "surface": [work / "surface" / SETTINGS, *sorted((work / "surface").glob("neutral.*.png"))],
     }

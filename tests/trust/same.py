@@ -23,6 +23,7 @@ METHODS = {
     "refined": (),
     "paper": ("--method", "paper", "--masks", "6", "--restarts", "3"),
     "pca": ("--method", "pca"),
+    "masks": ("--method", "masks", "--masks", "6"),
 }
 LIBRARIES = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 # What stands for other processors: the code that Numba makes, the kernels that OpenBLAS and NumPy choose. Vectors of

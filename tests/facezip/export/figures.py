@@ -33,7 +33,7 @@ def main(character, pack):
     for way, (maps, codecs) in WAYS.items():
         parts, size, fetches, added, afterwards = {}, 0, 0, {}, {}
         for tile in read_source(Path(pack), maps).tiles:
-            fetches = sum(len(sheet.textures) for sheet in tile.sheets) + len(tile.weight_files)
+            fetches = sum(len(sheet.textures) for sheet in tile.sheets) + len(tile.weight_images)
             for sheet in tile.sheets:
                 part, levels, errors = coded(sheet, codecs[sheet.channels])
                 size += sum(len(stored) for level in levels for stored in level.stored.values())

@@ -23,7 +23,7 @@ from facezip.files.srgb import decode_srgb, encode_srgb
 from facezip.pack.model import blended_rows
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
-from tests.facezip.conftest import ALBEDO_KEY, random_model
+from tests.facezip.conftest import ALBEDO_KEY, masked, random_model
 from tests.facezip.export.conftest import KINDS, layered_model, smooth_model, with_part
 
 
@@ -273,3 +273,18 @@ def test_unity_s_blocks_lie_behind_a_dds_header_of_148_bytes(pack, tmp_path):
     neutral = read_pack(pack).parts[ALBEDO_KEY].neutral
     seen = bc7().load(np.frombuffer(content, np.uint8)[148:][: bc7().bytes_of(64, 64)], (64, 64, 3))[::-1] / 255
     assert np.sqrt(np.square(seen - neutral).mean()) < 0.02
+
+
+def test_weight_maps_that_are_made_of_masks_are_written_within_half_a_step(tmp_path):
+    write_pack(masked(smooth_model(slots=5)), tmp_path / "me.facezip")
+    tile = only_tile(tmp_path / "me.facezip")
+    document = write_maps(tile, tmp_path, PNG)["textures"]
+    model = read_pack(tmp_path / "me.facezip")
+    for layer, slots in (("weights_0", slice(0, 4)), ("weights_1", slice(4, 5))):
+        entry = document[layer]
+        (h, w), columns, image = entry["size"], entry["columns"], read_texture_exactly(tmp_path / entry["file"])
+        for n in range(len(model.expressions)):
+            y, x = h * (n // columns), w * (n % columns)
+            texels = image[y : y + h, x : x + w, : slots.stop - slots.start]
+            values = texels / 255 * entry["scale"] + entry["offset"]
+            assert np.abs(values - model.weights[1001][n, ..., slots]).max() <= 0.501 * max(entry["scale"]) / 255

@@ -1,8 +1,9 @@
-"""A golden pack of the newest version of the format: ``python -m tests.facezip.pack.golden tests/data/pack-N``.
+"""Golden packs of the newest version of the format, without masks and with some.
 
-Made once per version and never again: it stands for all packs that people have. Tiny, from the embedded character: its
-albedo, normals and roughness between the brows, where its relief moves most, on two tiles of 64 x 64 texels, and the
-triangles around the tip of its nose.
+``python -m tests.facezip.pack.golden tests/data/pack-N [masks]``. Made once and never again: each stands for all packs
+that people have. Tiny, from the embedded character: its albedo, normals and roughness between the brows, where its
+relief moves most, on two tiles of 64 x 64 texels, and the triangles around the tip of its nose. With masks: five that
+overlap, of weights in 0..1.
 """
 
 import sys
@@ -15,15 +16,29 @@ from facezip import Topology, compress
 from facezip.character.folder import file_name, write_map
 from facezip.character.meshes import Meshes
 from facezip.character.scans import Character, Stack
+from facezip.fit.given import GivenMasks
 from facezip.pack.model import CompressedTextures
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
 from scenes.surface import in_tiles, make_surface
 
 
-def golden_model() -> CompressedTextures:
-    model = compress(in_tiles(_window(make_surface(512, 5, nuisances=0)), 2, 1), weight_scale=8)
+def golden_model(method: str) -> CompressedTextures:
+    given = _masks() if method == "masks" else None
+    scans = in_tiles(_window(make_surface(512, 5, nuisances=0)), 2, 1)
+    model = compress(scans, method, weight_scale=8, given_masks=given)
     return replace(model, meshes=_patch(model.meshes, 120))
+
+
+def _masks() -> GivenMasks:
+    """Round spots, of which the last one lies on the first tile alone."""
+    y, x = (np.mgrid[:32, :64] + 0.5) / 32
+    centres = ((0.3, 0.4), (0.7, 0.6), (1.3, 0.4), (1.7, 0.6), (0.5, 0.9))
+    spots = [np.exp(-3 * ((x - a) ** 2 + (y - b) ** 2)).astype(np.float32) for a, b in centres]
+    tiles = {1001: slice(0, 32), 1002: slice(32, 64)}
+    images = {(f"spot_{k}", tile): spot[:, columns] for k, spot in enumerate(spots) for tile, columns in tiles.items()}
+    del images["spot_4", 1002]
+    return GivenMasks(tuple(f"spot_{k}" for k in range(5)), images, {"spot_0": (0, 1, 2)}, nonnegative=True)
 
 
 def _window(character: Character) -> Character:
@@ -49,8 +64,8 @@ def _patch(meshes: Meshes, triangles: int) -> Meshes:
 
 
 if __name__ == "__main__":
-    folder = Path(sys.argv[1])
-    write_pack(golden_model(), folder / "golden.facezip", name="golden", made_with={"method": "refined", "seed": 0})
+    folder, method = Path(sys.argv[1]), "masks" if "masks" in sys.argv else "refined"
+    write_pack(golden_model(method), folder / "golden.facezip", name="golden", made_with={"method": method, "seed": 0})
     model = read_pack(folder / "golden.facezip")
     for name in model.expressions:
         for kind in model.maps:

@@ -51,6 +51,11 @@ def test_what_was_read_of_any_version_is_written_as_the_newest_with_the_same_tex
             for file in (pack / texture.neutral, tmp_path / "again" / new)
         )
         np.testing.assert_array_equal(new_texels, old_texels)
+    assert again.masks == manifest.masks
+    if manifest.masks:
+        assert again.files[manifest.masks.activations] == manifest.files[manifest.masks.activations]
+        for tile, masks in read_pack(pack).masked.masks.items():
+            np.testing.assert_array_equal(read_pack(tmp_path / "again").masked.masks[tile], masks)
     for old, new in zip(manifest.tiles, again.tiles, strict=True):
         for before, after in zip(old.weights, new.weights, strict=True):
             np.testing.assert_array_equal(

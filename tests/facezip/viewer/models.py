@@ -8,14 +8,16 @@ from facezip.character.maps import KNOWN, Map
 from facezip.character.scans import Character, Stack
 from facezip.character.tiles import place_of
 from facezip.pack.model import CompressedTextures, Part
-from tests.facezip.conftest import random_model
+from tests.facezip.conftest import masked, random_model
 
 SKIN = ("albedo", "normal", "roughness")
 # What people call data, and measure in units of their own.
 DEPTH = Map("depth", "data", -0.25, 0.75)
 
 
-def random_maps(maps=SKIN, tiles=(1001,), size=(24, 40), weights=(3, 5), slots=4, expressions=3, bits=8, channels=None):
+def random_maps(
+    maps=SKIN, tiles=(1001,), size=(24, 40), weights=(3, 5), slots=4, expressions=3, bits=8, channels=None, masks=0
+):
     """A model of those maps (names of known ones, or kinds) on those tiles, whose mesh spreads over all of them."""
     rng = np.random.default_rng(7)
     kinds = tuple(KNOWN[kind] if isinstance(kind, str) else kind for kind in maps)
@@ -31,7 +33,8 @@ def random_maps(maps=SKIN, tiles=(1001,), size=(24, 40), weights=(3, 5), slots=4
             parts[kind.name, tile] = Part(neutral.astype(np.float32), differences.astype(np.float32), bits)
     combined = {tile: rng.normal(0, 1, (expressions, *weights, slots)).astype(np.float32) for tile in tiles}
     meshes = replace(base.meshes, topology=spread_over(base.meshes.topology, tiles))
-    return CompressedTextures("refined", base.expressions, kinds, parts, combined, meshes)
+    model = CompressedTextures("refined", base.expressions, kinds, parts, combined, meshes)
+    return masked(model, masks) if masks else model
 
 
 def spread_over(topology, tiles):

@@ -97,6 +97,17 @@ def expected(model, kind, tile, blend):
     return (values - kind.low) / (kind.high - kind.low)
 
 
+def test_weight_maps_that_are_made_of_masks_are_shown_within_half_a_step(tmp_path):
+    pack = written(random_maps(tiles=(1001, 1012), masks=6), tmp_path)
+    model, scene = read_pack(pack), read_scene(pack)
+    betas = (0.5, -0.25, 1.0)
+    blend = dict(zip(model.expressions, betas, strict=True))
+    for t, tile in enumerate(model.tiles):
+        step = max(scene.document["tiles"][t]["weight_span"]) / 255
+        gap = combined(scene, t, betas) - model.combined(blend, tile)
+        assert np.abs(gap).max() <= 0.501 * step * np.abs(betas).sum()
+
+
 @pytest.mark.parametrize("case", CASES)
 def test_a_scene_holds_the_blend_of_every_map_on_every_tile(tmp_path, case):
     pack = written(random_maps(**CASES[case]), tmp_path)

@@ -1,0 +1,66 @@
+"""Weight maps that may not be negative: their equations solved by relaxation, texel by texel, within that bound.
+
+Each unknown in turn takes the best value that it may: projected Gauss and Seidel (Saad, Iterative Methods for Sparse
+Linear Systems, 2nd edition, section 4.1). Texels are taken in four colours, of which no two of one colour are
+neighbours, so that those of a colour may be solved in any order, on any number of cores.
+"""
+
+from functools import partial
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from facezip.fit.weights import WeightSystem, multiply
+from facezip.machine import memory
+from facezip.machine.rows import by_rows, map_rows, sum_rows
+
+# Warm started: more would solve exactly what the next alternation changes again.
+SWEEPS = 4
+COLOURS = 4
+
+
+def solve_nonnegative(
+    system: WeightSystem, start: NDArray[np.float32], sweeps: int = SWEEPS
+) -> tuple[NDArray[np.float32], float]:
+    """A few sweeps from ``start`` ≥ 0, ``(h, R, N, w)``; returns as :func:`facezip.fit.weights.solve_weights`."""
+    product: NDArray[np.float32] = memory.empty(start.shape, np.float32)
+    height, right = len(start), system.right
+    sum_rows(lambda top, bottom: multiply(top, bottom, system.matrix, start, product), height)
+
+    def share(top: int, bottom: int) -> float:
+        return float(np.vdot(start[top:bottom], 2 * right[top:bottom] - product[top:bottom]))
+
+    explained = sum(map_rows(share, height))
+    weights = by_rows(lambda rows: start[rows], start.shape, np.float32)
+    for step in range(sweeps * COLOURS):
+        colour = step % COLOURS
+        map_rows(partial(_relax, colour=colour, matrix=system.matrix, right=right, weights=weights), height)
+    return weights, explained
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
+def _relax(
+    top: int,
+    bottom: int,
+    colour: int,
+    matrix: NDArray[np.float32],
+    right: NDArray[np.float32],
+    weights: NDArray[np.float32],
+) -> None:
+    h, slots, count, w = right.shape
+    rest = np.empty(count, np.float32)
+    for y in range(top + (colour // 2 - top) % 2, bottom, 2):
+        for x in range(colour % 2, w, 2):
+            for i in range(slots):
+                for n in range(count):
+                    rest[n] = right[y, i, n, x]
+                for near in range(max(y - 1, 0), min(y + 2, h)):
+                    for beside in range(max(x - 1, 0), min(x + 2, w)):
+                        cell = 3 * (near - y + 1) + beside - x + 1
+                        for j in range(slots):
+                            for n in range(count):
+                                rest[n] -= matrix[y, i, j, cell, x] * weights[near, j, n, beside]
+                for n in range(count):
+                    best = weights[y, i, n, x] + rest[n] / matrix[y, i, i, 4, x]
+                    weights[y, i, n, x] = max(best, np.float32(0))
