@@ -15,6 +15,7 @@ from facezip.machine.progress import show_progress
 VERBS = {
     "demo": "The main job on the embedded character: compress, render, report.",
     "compress": "A character in, a pack out.",
+    "extend": "New expressions into a pack; what has been shipped of it keeps its bytes.",
     "batch": "Many characters, on all cores or on a cluster; what is finished stays finished.",
     "check": "Is every expression registered to the neutral; before it is compressed.",
     "importance": "Which texels the cameras look at, as a weight of the fit.",

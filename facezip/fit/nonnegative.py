@@ -1,4 +1,4 @@
-"""Weight maps that may not be negative: their equations solved by relaxation, texel by texel, within that bound.
+"""Weight maps within bounds, such as not negative: their equations solved by relaxation, texel by texel.
 
 Each unknown in turn takes the best value that it may: projected Gauss and Seidel (Saad, Iterative Methods for Sparse
 Linear Systems, 2nd edition, section 4.1). Texels are taken in four colours, of which no two of one colour are
@@ -32,11 +32,24 @@ def solve_nonnegative(
         return float(np.vdot(start[top:bottom], 2 * right[top:bottom] - product[top:bottom]))
 
     explained = sum(map_rows(share, height))
+    low = np.zeros(start.shape[1], np.float32)
+    return solve_bounded(system, start, low, np.full_like(low, np.inf), sweeps), explained
+
+
+def solve_bounded(
+    system: WeightSystem,
+    start: NDArray[np.float32],
+    low: NDArray[np.float32],
+    high: NDArray[np.float32],
+    sweeps: int,
+) -> NDArray[np.float32]:
+    """Sweeps from ``start`` ``(h, R, N, w)``; each slot's weights stay between its ``low`` and ``high``, ``(R,)``."""
     weights = by_rows(lambda rows: start[rows], start.shape, np.float32)
+    bounds = np.ascontiguousarray(low), np.ascontiguousarray(high)
     for step in range(sweeps * COLOURS):
-        colour = step % COLOURS
-        map_rows(partial(_relax, colour=colour, matrix=system.matrix, right=right, weights=weights), height)
-    return weights, explained
+        relax = partial(_relax, colour=step % COLOURS, matrix=system.matrix, right=system.right, bounds=bounds)
+        map_rows(partial(relax, weights=weights), len(start))
+    return weights
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
@@ -46,9 +59,11 @@ def _relax(
     colour: int,
     matrix: NDArray[np.float32],
     right: NDArray[np.float32],
+    bounds: tuple[NDArray[np.float32], NDArray[np.float32]],
     weights: NDArray[np.float32],
 ) -> None:
     h, slots, count, w = right.shape
+    low, high = bounds
     rest = np.empty(count, np.float32)
     for y in range(top + (colour // 2 - top) % 2, bottom, 2):
         for x in range(colour % 2, w, 2):
@@ -63,4 +78,4 @@ def _relax(
                                 rest[n] -= matrix[y, i, j, cell, x] * weights[near, j, n, beside]
                 for n in range(count):
                     best = weights[y, i, n, x] + rest[n] / matrix[y, i, i, 4, x]
-                    weights[y, i, n, x] = max(best, np.float32(0))
+                    weights[y, i, n, x] = min(max(best, low[i]), high[i])
