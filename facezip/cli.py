@@ -25,6 +25,7 @@ VERBS = {
     "rig": "Scans and a template in, the person's own shapes and a pack that blends them out.",
     "view": "The head on the screen: sliders, poses, maps, costs; in the browser.",
     "export": "A pack in the form that an engine or a browser takes.",
+    "layers": "A page of what each layer, weight map and mask does in which expression.",
     "info": "What a pack holds and what it costs.",
     "verify": "Check every byte of a pack.",
     "paper": "The paper's table and figures on any character, with our methods beside its own.",
