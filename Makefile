@@ -2,13 +2,24 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test trust lint viewer lock clean
+# Blender as a Python package, 800 MB, in an environment of its own: it exists for one version of Python alone.
+BLENDER ?= 4.5.15
+BLENDER_PYTHON ?= python3.11
+
+.PHONY: demo test engines trust lint viewer lock clean
 
 demo: .venv/ready
 	$(BIN)/facezip demo -o out/demo --overwrite
 
 test: .venv/ready
 	$(BIN)/python -m pytest -rs --numprocesses auto --dist loadfile
+
+# Exports in Blender, USD and MaterialX, and the verdict of the demo once more in Cycles: tens of minutes.
+engines: .venv/ready .venv-engines/ready
+	$(BIN)/python -m pytest -rs tests/engines/test_blender.py tests/engines/test_judge.py tests/engines/test_usd.py
+	test -d out/demo || $(MAKE) demo
+	$(BIN)/python -m tests.engines.figures out/demo/character.facezip
+	$(BIN)/python -m tests.engines.judge out/demo
 
 # Damage, kills, power cuts, refused calls, size claims, hostile names, mutants and fuzzing, as one table: 20 minutes.
 trust: .venv/ready
@@ -31,10 +42,15 @@ viewer: .venv/ready
 	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	touch $@
 
+.venv-engines/ready: Makefile
+	$(BLENDER_PYTHON) -m venv .venv-engines
+	.venv-engines/bin/python -m pip install --quiet --disable-pip-version-check bpy==$(BLENDER)
+	touch $@
+
 # Pins the dependencies of pyproject.toml for every Python from 3.11 on, with hashes and without addresses.
 lock:
 	uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --fork-strategy fewest \
 	  --generate-hashes --no-emit-index-url --no-annotate --no-header --output-file requirements.txt
 
 clean:
-	rm -rf .venv out build *.egg-info facezip/viewer/bundle
+	rm -rf .venv .venv-engines out build *.egg-info facezip/viewer/bundle

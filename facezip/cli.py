@@ -17,6 +17,7 @@ VERBS = {
     "compress": "A character in, a pack out.",
     "extend": "New expressions into a pack; what has been shipped of it keeps its bytes.",
     "batch": "Many characters, on all cores or on a cluster; what is finished stays finished.",
+    "doctor": "What is read from which file, what is unusual, and what to do about it.",
     "check": "Is every expression registered to the neutral; before it is compressed.",
     "importance": "Which texels the cameras look at, as a weight of the fit.",
     "validate": "Render a character against packs of it, and report the difference.",

@@ -1,5 +1,6 @@
 """The one error type of FaceZip, and the exit codes of its command line."""
 
+from collections.abc import Callable
 from enum import IntEnum, StrEnum
 
 from facezip.names import printable
@@ -22,7 +23,7 @@ class ExitCode(IntEnum):
             ExitCode.USAGE: "wrong usage",
             ExitCode.BAD_INPUT: "bad input",
             ExitCode.CANNOT_WRITE: "could not write",
-            ExitCode.DIFFERENCE: "difference found",
+            ExitCode.DIFFERENCE: "difference found, or something to decide",
         }[self]
 
 
@@ -48,7 +49,9 @@ class ErrorCode(StrEnum):
     UNKNOWN_NAME = "unknown-name"
     BAD_VALUE = "bad-value"
     OUT_OF_REACH = "out-of-reach"
+    NOTHING_TO_SEE = "nothing-to-see"
     NO_LLVM = "no-llvm"
+    NO_GPU = "no-gpu"
     NO_SCHEDULER = "no-scheduler"
     WORKER_LOST = "worker-lost"
     CANNOT_WRITE = "cannot-write"
@@ -77,3 +80,12 @@ class FaceZipError(Exception):
     def exit_code(self) -> ExitCode:
         """The process exit code that the command line answers with."""
         return ExitCode.CANNOT_WRITE if self.code is ErrorCode.CANNOT_WRITE else ExitCode.BAD_INPUT
+
+
+# What becomes of an error: it is raised, or kept beside others where all are asked for.
+Refuse = Callable[[FaceZipError], None]
+
+
+def raised(error: FaceZipError) -> None:
+    """Raise an error: the first one ends the work."""
+    raise error

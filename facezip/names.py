@@ -52,4 +52,9 @@ def first_unusable(names: Iterable[str]) -> str | None:
 
 def printable(text: str) -> str:
     """``text`` on one line, without anything that a terminal would obey: what cannot be shown is escaped."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+    return "".join(c if _can_be_shown(c) else c.encode("unicode_escape").decode("ascii") for c in text)
+
+
+def _can_be_shown(character: str) -> bool:
+    """Spaces too, of which there are several: our own sentences keep figures and their units on one line."""
+    return character.isprintable() or unicodedata.category(character) == "Zs"

@@ -16,6 +16,7 @@ from facezip.rigging.sequences import Pose
 from render.llvm import start
 from render.metrics import UNITS, Picture, compare, display, head_crop
 from render.paired import Images, PairedRenderer
+from render.presence import check_present, face_triangles
 from render.settings import Settings
 from render.skins import upload
 from render.staging import Source, rendered_maps, staged, staged_topology
@@ -50,6 +51,11 @@ def animate(originals: Originals, model: CompressedTextures, frames: Sequence[Po
     model : what they are compared with.
     frames : the blends.
     settings : how to look.
+
+    Raises
+    ------
+    FaceZipError
+        ``NOTHING_TO_SEE``: a frame shows no face.
     """
     settings.check()
     versions, begin = start(), perf_counter()
@@ -62,6 +68,7 @@ def animate(originals: Originals, model: CompressedTextures, frames: Sequence[Po
         settings.resolution,
         settings.transport,
     )
+    face = face_triangles(originals.character)
     found: list[dict[str, Any]] = []
     images: list[Images] = []
     for pose in track(frames, "Rendering the animation", len(frames)):
@@ -69,6 +76,9 @@ def animate(originals: Originals, model: CompressedTextures, frames: Sequence[Po
         renderer.pose(blend.mesh_vertices(BLEND))
         skins = [upload(staged(blend, one)(BLEND)) for one in (blend.texels, compressed)]
         images.append(renderer.render(skins, view, light, settings.spp, settings.seed))
+        triangles, where = renderer.triangles(view), f"frame {len(found)}, {view.name} view"
+        for picture in images[-1].linear:
+            check_present(picture, triangles, face, where)
         measured = {**_map_errors(texture_errors(blend, compressed)), **_measured(images[-1])}
         found.append({"frame": len(found), "pose": pose.name, "weights": {**pose.weights}, **measured})
     document = {

@@ -17,6 +17,7 @@ from render.decision import judge, stream
 from render.metrics import Picture, compare, display, head_crop
 from render.noise import Halves, debiased_rmse, noise_floor
 from render.paired import Images, PairedRenderer
+from render.presence import check_present
 from render.regions import face_regions, locate
 from render.settings import Settings
 from render.skins import Skin
@@ -48,13 +49,20 @@ class Studio:
     Parameters
     ----------
     topology, neutral : the geometry, with one square of UV, and vertices ``(V, 3)``.
+    face : ``(F,)``, which triangles are of the face (:func:`render.presence.face_triangles`).
     settings : how to look.
     """
 
     def __init__(
-        self, topology: Topology, neutral: NDArray[np.float32], settings: Settings, pool: ThreadPoolExecutor
+        self,
+        topology: Topology,
+        neutral: NDArray[np.float32],
+        face: NDArray[np.bool_],
+        settings: Settings,
+        pool: ThreadPoolExecutor,
     ) -> None:
         frame = frame_of(neutral)
+        self._face = face
         self.seconds = {"render": 0.0, "metrics": 0.0}
         self._settings, self._pool = settings, pool
         self._renderer = PairedRenderer(
@@ -79,9 +87,17 @@ class Studio:
         Returns
         -------
         The shot's part of the document, and the images with all samples.
+
+        Raises
+        ------
+        FaceZipError
+            ``NOTHING_TO_SEE``: the picture shows no face.
         """
         halves, spp = self._round(shot, skins, 0), self._settings.spp
-        regions = self._labels(shot.view)
+        triangles = self._renderer.triangles(shot.view)
+        for picture in halves.mean.linear:
+            check_present(picture, triangles, self._face, f"{shot.expression}, {shot.view.name} view")
+        regions = self._labels(triangles)
         packs = self._measured(halves, regions)
         while not all(pack["decided"] for pack in packs) and 2 * spp <= self._settings.most:
             halves, spp = halves.merged(self._round(shot, skins, spp)), 2 * spp
@@ -109,8 +125,7 @@ class Studio:
         self.seconds["render"] += perf_counter() - begin
         return halves
 
-    def _labels(self, view: View) -> NDArray[np.int32]:
-        triangles = self._renderer.triangles(view)
+    def _labels(self, triangles: NDArray[np.int32]) -> NDArray[np.int32]:
         labels: NDArray[np.int32] = np.where(triangles >= 0, self._regions[triangles], -1).astype(np.int32)
         return labels
 

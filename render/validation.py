@@ -17,6 +17,7 @@ from render.flip import PIXELS_PER_DEGREE
 from render.llvm import start
 from render.metrics import UNITS
 from render.paired import Images
+from render.presence import face_triangles
 from render.settings import Settings
 from render.shots import Shot, Studio, looks, repeat_of
 from render.skins import Skin, SkinMaps, upload
@@ -107,7 +108,8 @@ def validate(
     Raises
     ------
     FaceZipError
-        ``BAD_VALUE`` for settings outside their range, ``UNSAFE_NAME``, ``NO_LLVM``, ``CANNOT_WRITE``.
+        ``BAD_VALUE`` for settings outside their range, ``UNSAFE_NAME``, ``NO_LLVM``, ``CANNOT_WRITE``,
+        ``NOTHING_TO_SEE`` for a picture without a face.
     """
     settings = settings or Settings()
     settings.check()
@@ -216,7 +218,8 @@ class _Run:
 
     def _posed(self, name: str, skins: list[SkinMaps]) -> tuple[Studio, list[Skin]]:
         if self._studio is None:
-            self._studio = Studio(self._topology, self._character.meshes.neutral, self._settings, self._pool)
+            neutral, face = self._character.meshes.neutral, face_triangles(self._character)
+            self._studio = Studio(self._topology, neutral, face, self._settings, self._pool)
         self._studio.pose(self._character.mesh_vertices(name))
         return self._studio, [upload(maps) for maps in skins]
 

@@ -70,9 +70,10 @@ def _panel(axis: Axes, character: Character, name: str, tile: int, alignment: Al
         columns[sure] + 0.5, rows[sure] + 0.5, across[sure], down[sure],
         angles="xy", scale_units="xy", scale=limit / (1.5 * ARROWS), width=0.006, color=INK,
     )  # fmt: skip
-    colour = INK if alignment.registered else ALARM
+    colour = INK if alignment.state == "registered" else ALARM
     where = f" on {tile}" if len(character.tiles) > 1 else ""
-    axis.set_title(f"{name}{where}  {alignment.rms:.2f}", color=colour, fontsize=9, pad=3)
+    number = "?" if alignment.state == "unknown" else f"{alignment.rms:.2f}"
+    axis.set_title(f"{name}{where}  {number}", color=colour, fontsize=9, pad=3)
     return heat
 
 

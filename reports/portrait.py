@@ -16,6 +16,7 @@ from facezip.character.loading import load_character
 from render.candidates import candidate
 from render.metrics import display
 from render.paired import PairedRenderer
+from render.presence import check_present, face_triangles
 from render.skins import upload
 from render.staging import staged_original, staged_topology
 from scenes.cameras import View, frame_of
@@ -32,10 +33,12 @@ def portrait(character_folder: Path, pack: Path, light: str = "studio") -> NDArr
     character = load_character(character_folder)
     sides = staged_original(character), candidate(character, pack).texture
     renderer = PairedRenderer(staged_topology(character), frame_of(character.meshes.neutral), [light], "skin", SIDE)
-    columns = []
+    columns, face = [], face_triangles(character)
     for name in EXPRESSIONS:
         renderer.pose(character.mesh_vertices(name))
         images = renderer.render([upload(side(name)) for side in sides], VIEW, light, SPP, 0)
+        for linear in images.linear:
+            check_present(linear, renderer.triangles(VIEW), face, f"{name}, {VIEW.name} view")
         original, compressed = display(images.linear + (1 - images.coverage[..., None]) * np.float32(BACKDROP))
         error = np.abs(original - compressed).max(axis=2) * 255 / FULL_SCALE
         heat = mpl.colormaps["inferno"](np.clip(error, 0, 1))[..., :3]

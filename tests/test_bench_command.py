@@ -102,3 +102,17 @@ def test_the_page_plots_every_size(scaling):
     assert f"{document['factor']:.2f} times the cheapest" in page
     kept = json.loads((folder / "scaling.json").read_text())
     assert kept["sizes"] == document["sizes"]
+
+
+def test_the_bench_of_shaders_says_what_was_measured():
+    done = run("bench", "shader", "--resolution", 64, "--expressions", 3, "--repeats", 1, "--json")
+    document = json.loads(done.stdout)
+    if done.returncode:
+        assert (done.returncode, document["error"]["code"]) == (ExitCode.BAD_INPUT, "no-gpu")
+        pytest.skip(document["error"]["message"])
+    device = document["device"]
+    assert {key: device[key] for key in document["devices"][0]} in document["devices"]
+    shown = run("bench", "shader", "--resolution", 64, "--expressions", 3, "--repeats", 1).stdout
+    assert device["renderer"] in shown
+    assert ("no GPU was measured" in shown) == device["software"]
+    assert run("bench", "shader", "--resolution", 100).returncode == ExitCode.USAGE

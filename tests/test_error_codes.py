@@ -11,6 +11,7 @@ from facezip import ErrorCode, FaceZipError, choose, compress
 from facezip.batch.processes import ProcessWorkers
 from facezip.batch.workers import crew
 from facezip.character.loading import load_character, save_character
+from facezip.export.opengl import opened
 from facezip.files.images import read_texture, write_texture
 from facezip.files.obj import MAX_BYTES, read_obj, write_obj
 from facezip.fit.extending import extend_into
@@ -18,6 +19,7 @@ from facezip.pack.read import read_pack
 from facezip.pack.verification import verify_pack
 from facezip.pack.write import write_pack
 from render.llvm import usable_library
+from render.presence import check_present
 from tests.facezip.conftest import grid_topology, random_character, random_model
 from tests.trust.claims import sign
 
@@ -51,7 +53,7 @@ def mesh_beyond_the_limit(place):
 
 def other_size(place):
     save_character(SCANS, place / "scans")
-    write_texture(place / "scans" / "expr_1.png", np.zeros((8, 16, 3), np.uint8))
+    write_texture(place / "scans" / "expr_1.png", np.arange(384, dtype=np.uint16).reshape(8, 16, 3))
     load_character(place / "scans")
 
 
@@ -59,6 +61,11 @@ def other_topology(place):
     save_character(SCANS, place / "scans")
     write_obj(place / "scans" / "expr_1.obj", np.zeros((16, 3), np.float32), grid_topology(4))
     load_character(place / "scans")
+
+
+def no_such_device():
+    with opened(index=1000):
+        pass
 
 
 def damaged(place):
@@ -99,6 +106,10 @@ def scans_without(place, name):
     load_character(place / "scans")
 
 
+def head_behind_the_camera():
+    check_present(np.ones((4, 4, 3), np.float32), np.full((4, 4), -1, np.int32), np.ones(2, bool), "ada, front")
+
+
 CASES = {
     ErrorCode.MISSING_FILE: lambda place: load_character(place / "nobody"),
     ErrorCode.CANNOT_READ: lambda place: read_obj(place / ("a" * 300)),
@@ -120,9 +131,11 @@ CASES = {
     ErrorCode.BAD_VALUE: lambda place: random_model().blend({"expr_0": float("inf")}),
     ErrorCode.OUT_OF_REACH: lambda place: choose(SCANS, budget_bytes=1),
     ErrorCode.NO_LLVM: no_llvm,
+    ErrorCode.NO_GPU: lambda _: no_such_device(),
     ErrorCode.NO_SCHEDULER: lambda _: nobody_at_the_address(),
     ErrorCode.WORKER_LOST: lambda _: process_that_ends_itself(),
     ErrorCode.CANNOT_WRITE: written_twice,
+    ErrorCode.NOTHING_TO_SEE: lambda _: head_behind_the_camera(),
 }
 
 

@@ -6,6 +6,7 @@ import re
 import shutil
 import sys
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -18,11 +19,14 @@ from facezip.export import TARGETS
 from facezip.files.images import read_texture_exactly
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
+from facezip.viewer.build import BUNDLE
 from tests.facezip.conftest import ALBEDO_KEY
 from tests.facezip.export.conftest import layered_model, smooth_model
+from tests.facezip.export.gains import regions_in
 
 # The page for browsers has tests of its own: tests/browser and tests/test_view_command.py.
-ENGINES = [name for name in TARGETS if name != "web"]
+BUILT = pytest.mark.skipif(not (BUNDLE / "three").is_dir(), reason="the viewer is not built; run 'make viewer'")
+ENGINES = {name: BUILT if name == "three" else () for name in TARGETS if name != "web"}
 NASTY = ("<img src=x onerror=alert(1)>", "$(touch owned)", '";DROP', "`id`", "sourire à 50 %")
 
 
@@ -57,13 +61,20 @@ def layered(tmp_path_factory):
     return path
 
 
-@pytest.fixture(scope="module", params=ENGINES)
+@pytest.fixture(scope="module", params=[pytest.param(name, marks=marks) for name, marks in ENGINES.items()])
 def exported(request, pack):
     TARGETS[request.param](pack, pack.parent / request.param)
     return request.param, pack.parent / request.param
 
 
-@pytest.fixture(scope="module", params=[(target, which) for target in ENGINES for which in ("pack", "layered")])
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param((target, which), marks=marks, id=f"{target}-{which}")
+        for target, marks in ENGINES.items()
+        for which in ("pack", "layered")
+    ],
+)
 def either(request):
     """An export of one albedo, or of several maps on two tiles."""
     target, which = request.param
@@ -112,7 +123,7 @@ def test_names_are_shown_and_do_nothing(either, pack):
     document = json.loads((folder / "facezip.json").read_text())
     for tile in document.get("tiles", {"": document}).values():
         assert tile["order"] == list(NASTY)
-    texts = [file for file in files if file.suffix not in (".json", ".png", ".glb")]
+    texts = [file for file in files if file.suffix not in (".json", ".png", ".glb", ".exr", ".usda")]
     assert texts
     for file in texts:
         content = file.read_text(encoding="utf-8")
@@ -160,6 +171,10 @@ def test_wrong_calls_are_one_line_and_write_nothing(pack, tmp_path, run):
     calls = {
         ("--to", "nowhere", "-o", tmp_path / "x"): ExitCode.USAGE,
         ("--to", "unreal", "--textures", "dds", "-o", tmp_path / "x"): ExitCode.BAD_INPUT,
+        ("--to", "three", "--maps", "together", "-o", tmp_path / "x"): ExitCode.BAD_INPUT,
+        ("--to", "unity", "--region", "chin=none.png", "-o", tmp_path / "x"): ExitCode.BAD_INPUT,
+        ("--to", "unity", "--region", "chin", "-o", tmp_path / "x"): ExitCode.USAGE,
+        ("--to", "unity", "--region", "a=b", "--region", "a=c", "-o", tmp_path / "x"): ExitCode.USAGE,
         ("--to", "unity", "-o", tmp_path / "photos", "--overwrite"): ExitCode.CANNOT_WRITE,
         ("--to", "unity", "-o", "/proc/nowhere/x"): ExitCode.CANNOT_WRITE,
     }
@@ -183,8 +198,12 @@ def test_a_missing_encoder_is_named_with_the_command_that_installs_it(pack, tmp_
 
 def test_scripts_are_of_their_languages(either):
     target, folder = either
-    if target == "unreal":
-        ast.parse((folder / "setup_facezip.py").read_text(encoding="utf-8"))
+    if target in ("unreal", "blender"):
+        script = {"unreal": "setup_facezip.py", "blender": "build_head.py"}[target]
+        ast.parse((folder / script).read_text(encoding="utf-8"))
+    elif target == "usd":
+        for file in folder.rglob("*.mtlx"):
+            assert ElementTree.parse(file).getroot().tag == "materialx"
     elif target == "godot":
         parser = pytest.importorskip("gdtoolkit.parser")
         parser.parser.parse((folder / "facezip_head.gd").read_text(encoding="utf-8"))
@@ -203,12 +222,16 @@ def test_guides_state_the_settings_that_break_a_blend(either):
     target, folder = either
     guide = (folder / "GUIDE.md").read_text(encoding="utf-8").lower()
     assert "| neutral, differences |" in guide
-    assert "| weights |" in guide
+    assert "| weights" in guide
+    assert all(f"gains.{kind}" in guide for kind in ("maps", "expressions", "regions"))
     assert all(word in guide for word in ("srgb", "mip-maps", "repeat" if target == "godot" else "clamp"))
     assert len(guide.splitlines()) < 60
 
 
-OPTIONS_OF_OTHERS = {"--textures": "web png", "--maps": "web apart", "--memory": "web 1G", "--character": "unity scans"}
+OPTIONS_OF_OTHERS = {
+    "--textures": "web png", "--maps": "web apart", "--memory": "web 1G", "--character": "unity scans",
+    "--region": "web chin=a.png", "--animation": "blender frames.csv",
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("option", OPTIONS_OF_OTHERS)
@@ -228,3 +251,58 @@ def test_maps_apart_are_said_with_their_blocks(run, layered, tmp_path):
         assert f"  {name}: {codec} adds" in shown
         textures = [file for file in (tmp_path / "out" / "1002").iterdir() if file.suffix == f".{codec}"]
         assert any(file.name == f"{name}_neutral.{codec}".removeprefix("albedo_") for file in textures)
+
+
+def animated(run, pack, tmp_path, text, output="out"):
+    (tmp_path / "frames.csv").write_text(text, encoding="utf-8")
+    call = ("export", pack, "--to", "usd", "--animation", tmp_path / "frames.csv", "-o", tmp_path / output)
+    return run(*call)
+
+
+def test_an_animation_has_an_image_of_weights_for_every_frame(run, pack, tmp_path):
+    code, _, error = animated(run, pack, tmp_path, f"{NASTY[1]},{NASTY[3]}\n0,1\n0.5,-0.25\n\n1,0\n")
+    assert (code, error) == (0, "")
+    frames = sorted(file.name for file in (tmp_path / "out").glob("*.exr"))
+    assert frames == [f"weights_0.{number:04d}.exr" for number in range(3)]
+    assert "endTimeCode = 2" in (tmp_path / "out" / "head.usda").read_text(encoding="utf-8")
+
+
+def test_without_an_animation_every_expression_has_a_frame(run, pack, tmp_path):
+    assert run("export", pack, "--to", "usd", "-o", tmp_path / "out")[0] == 0
+    assert len([*(tmp_path / "out").glob("*.exr")]) == 1 + len(NASTY)
+
+
+ANIMATIONS = {
+    "unknown name": ("smile\n1\n", "no expression 'smile'"),
+    "too few numbers": (f"{NASTY[1]},{NASTY[3]}\n0,1\n0\n", "row 2 of weights is not 2 numbers"),
+    "no number": (f"{NASTY[1]}\nmuch\n", "row 1 of weights is not 1 numbers"),
+    "beyond all": (f"{NASTY[1]}\nnan\n", "must lie within"),
+    "no frames": (f"{NASTY[1]}\n", "rows of weights"),
+    "nothing": ("", "rows of weights"),
+    "twice": (f"{NASTY[1]},{NASTY[1]}\n1,1\n", "different names"),
+}
+
+
+@pytest.mark.parametrize("fault", ANIMATIONS)
+def test_an_animation_that_cannot_be_shown_is_refused(run, pack, tmp_path, fault):
+    text, words = ANIMATIONS[fault]
+    code, out, error = animated(run, pack, tmp_path, text)
+    assert (code, out) == (ExitCode.BAD_INPUT, "")
+    assert len(error.splitlines()) == 1
+    assert words in error
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_missing_animation_is_named(run, pack, tmp_path):
+    code, _, error = run("export", pack, "--to", "usd", "--animation", tmp_path / "none.csv", "-o", tmp_path / "out")
+    assert code == ExitCode.BAD_INPUT
+    assert "none.csv" in error
+
+
+def test_regions_are_given_by_name(run, pack, tmp_path):
+    regions = regions_in(tmp_path)
+    words = [word for name, file in regions.items() for word in ("--region", f"{name}={file}")]
+    code, out, error = run("export", pack, "--to", "godot", *words, "-o", tmp_path / "out", "--json")
+    assert (code, error) == (0, "")
+    assert json.loads(out)["gains"]["regions"] == list(regions)
+    assert (tmp_path / "out" / "regions.png").is_file()

@@ -8,6 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from facezip.character.filenames import is_litter
 from facezip.character.gltf_files import files_beside
 from facezip.character.sources import is_gltf_name
 from facezip.errors import ErrorCode, FaceZipError
@@ -33,14 +34,15 @@ def digest_of(character: Path, settings: Mapping[str, Any]) -> str:
 
 
 def _inputs_of(path: Path) -> dict[str, str]:
-    """SHA-256 by name of every file of a folder, or of a file and of those that a glTF names beside it."""
+    """SHA-256 by name of every file of a folder, or of one file and those beside it that a glTF needs."""
     with reading(path):
         if path.is_file():
             beside = files_beside(path) if is_gltf_name(path) else []
             return {file.relative_to(path.parent).as_posix(): stored(file).sha256 for file in beside} | {
                 "": stored(path).sha256
             }
-        files = sorted(file for file in path.rglob("*") if file.is_file() and not file.name.startswith("."))
+        every = sorted(file for file in path.rglob("*") if file.is_file())
+        files = [file for file in every if not is_litter(file.relative_to(path))]
         return {file.relative_to(path).as_posix(): stored(file).sha256 for file in files}
 
 

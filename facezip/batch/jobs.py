@@ -8,7 +8,7 @@ from typing import Any
 
 from facezip.character.sources import holds_scans, is_character, is_gltf_name
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.names import first_unusable, printable
+from facezip.names import first_unusable, folded, printable
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ def find_jobs(sources: Sequence[Path]) -> list[Job]:
     jobs = [job for source in sources for job in _jobs_of(source)]
     wrong = first_unusable(job.name for job in jobs)
     if wrong is not None:
-        places = [str(job.character) for job in jobs if job.name.casefold() == wrong.casefold()]
+        places = [str(job.character) for job in jobs if folded(job.name) == folded(wrong)]
         raise FaceZipError(
             ErrorCode.BAD_VALUE,
             f"{' and '.join(places)}: cannot be called '{wrong}'; name each in a list (docs/batch.md)",

@@ -4,7 +4,8 @@ Equation (1) mixes textures texel by texel; where a pore of one lies beside that
 paper's main limitation). The displacement u that minimises Σ_p w(p) (I_0(p) - I_n(p + u(p)))² is found by Gauss-Newton
 steps in windows, coarse to fine (Lucas and Kanade 1981), on what remains of log luminance when its local mean is taken
 away: neither light nor blood moves it. Wrinkles are structure that the neutral has not: robust weights leave out most
-of it, and as slopes are the neutral's alone, the rest is uncorrelated with them.
+of it, and as slopes are the neutral's alone, the rest is uncorrelated with them. Single features that slipped, and
+textures that are turned, are looked for apart (:mod:`facezip.character.features`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,6 +18,8 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, uniform_filter
 
+from facezip.character import features
+from facezip.character.features import Feature
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character, Stack
 from facezip.machine.cores import cores
@@ -25,9 +28,8 @@ from facezip.machine.rows import by_rows
 
 # Displacements are found on so many windows a side ...
 GRID = 32
-# ... from textures reduced to at most so many texels a side, in so many steps a level; or in haste.
+# ... from textures reduced to at most so many texels a side, in so many steps a level.
 SIDE, STEPS = 512, 3
-QUICK_SIDE, QUICK_STEPS = 256, 2
 # A pyramid level: how much smaller its image is, and the standard deviation of its windows in cells of the grid.
 LEVELS = ((8, 4.0), (4, 3.0), (2, 2.0), (1, 1.25))
 # Images of fewer rows or columns than this tell nothing.
@@ -36,8 +38,8 @@ SMALLEST = 4
 THRESHOLD = 1.0
 # A displacement counts as known where its expected error is well below this many texels of the reduced texture.
 TOLERANCE = 0.25
-# From this confidence on, a displacement counts as known.
-SURE = 0.5
+# From this confidence on, a displacement counts as known; where it is on less of the face, nothing can be told.
+SURE, LEAST_KNOWN = 0.5, 0.02
 # Residuals of neighbouring texels are not independent: so many count as one.
 CORRELATED = 16
 # Side of the neighbourhood whose mean is taken away, in texels of a level.
@@ -57,12 +59,18 @@ class Alignment:
     confidence : ``(32, 32)`` float32 in [0, 1]: 0 off the face and where there is nothing to tell from.
     known : the share of the face where confidence is above a half.
     unit : texels of the texture in a 512th of its longer side, 1 at least: what counts as a texel for the eye.
+    feature : one that slipped, by texels of the texture, or is lost; None where all are in their place.
+    turned : how the whole texture is turned, such as ``upside down``; None where it is not.
+    face : whether the tile shows any of the face.
     """
 
     displacement: NDArray[np.float32]
     confidence: NDArray[np.float32]
     known: float
     unit: float
+    feature: Feature | None = None
+    turned: str | None = None
+    face: bool = True
 
     @property
     def length(self) -> NDArray[np.float32]:
@@ -71,24 +79,39 @@ class Alignment:
 
     @property
     def rms(self) -> float:
-        """Root mean square of the displacement in texels, weighted by confidence: the number of an expression.
-
-        0 where nothing is known: two textures without a place in common are no evidence.
-        """
-        weight = self.confidence if self.known > 0 else np.zeros_like(self.confidence)
+        """Root mean square, weighted by confidence, of what is known of the displacement, in texels; 0 for nothing."""
+        weight = np.where(self.confidence > SURE, self.confidence, 0)
         return float(np.sqrt((weight * self.length**2).sum() / max(float(weight.sum()), 1e-9)))
 
     @property
     def worst(self) -> tuple[float, float, float]:
-        """The largest displacement that is known, in texels, and its place (u, v) in the texture."""
+        """The largest displacement that is known, in texels, never below ``rms``, and its place (u, v)."""
         sure = np.where(self.confidence > SURE, self.length, 0)
         row, column = np.unravel_index(sure.argmax(), sure.shape)
+        if self.feature is not None and self.feature.texels > sure.max():
+            return self.feature.texels, self.feature.u, self.feature.v
         return float(sure.max()), (float(column) + 0.5) / GRID, 1 - (float(row) + 0.5) / GRID
 
     @property
-    def registered(self) -> bool:
-        """Whether the root mean square is at most ``THRESHOLD`` of a texture of 512 x 512."""
-        return self.rms <= THRESHOLD * self.unit
+    def why(self) -> str:
+        """In a few words, what is wrong besides the displacement; empty for nothing."""
+        if self.turned is not None:
+            return self.turned
+        if self.feature is None:
+            return ""
+        slipped = f" by {self.feature.texels:.0f} texels" if self.feature.texels else ""
+        return f"a feature is {self.feature.state}{slipped} at {self.feature.u:.2f}, {self.feature.v:.2f}"
+
+    @property
+    def state(self) -> str:
+        """``registered``, ``misregistered``, or ``unknown``: it has too little in common with the neutral to tell.
+
+        Misregistered is what is off by more than ``THRESHOLD`` (rms, of a texture of 512 x 512), has a feature that
+        slipped or is lost, or is turned.
+        """
+        if self.why or self.rms > THRESHOLD * self.unit:
+            return "misregistered"
+        return "registered" if self.known > LEAST_KNOWN else "unknown"
 
 
 class Still(NamedTuple):
@@ -103,10 +126,10 @@ class Still(NamedTuple):
 Alignments = dict[str, dict[int, Alignment]]
 
 
-def alignments(character: Character, names: Sequence[str] | None = None, quick: bool = False) -> Alignments:
-    """How the albedo of all expressions, or of ``names``, lies on every tile; a quick look is half as exact."""
+def alignments(character: Character, names: Sequence[str] | None = None) -> Alignments:
+    """How the albedo of all expressions, or of ``names``, lies on every tile."""
     names = character.expressions if names is None else names
-    tiles = {tile: _Neutral(stack, quick) for tile, stack in character.of_map(ALBEDO).items()}
+    tiles = {tile: _Neutral(stack) for tile, stack in character.of_map(ALBEDO).items()}
 
     def one(name: str) -> dict[int, Alignment]:
         n = character.index(name)
@@ -118,8 +141,16 @@ def alignments(character: Character, names: Sequence[str] | None = None, quick: 
 
 
 def worst_tile(tiles: Mapping[int, Alignment]) -> int:
-    """The tile that is off the most, as far as its size goes."""
-    return max(tiles, key=lambda tile: tiles[tile].rms / tiles[tile].unit)
+    """The tile that is off the most, as far as its size goes; what is misregistered counts before what is unknown."""
+    states = ("registered", "unknown", "misregistered")
+    return max(tiles, key=lambda tile: (states.index(_told(tiles, tile)), tiles[tile].rms / tiles[tile].unit))
+
+
+def _told(tiles: Mapping[int, Alignment], tile: int) -> str:
+    # A tile that shows nothing of the face, such as that of the back of the head, says nothing about it.
+    state = tiles[tile].state
+    others = any(other.state != "unknown" for other in tiles.values())
+    return "registered" if state == "unknown" and others and not tiles[tile].face else state
 
 
 def worst_of(tiles: Mapping[int, Alignment]) -> Alignment:
@@ -127,15 +158,28 @@ def worst_of(tiles: Mapping[int, Alignment]) -> Alignment:
     return tiles[worst_tile(tiles)]
 
 
+def misregistered(found: Alignments) -> dict[str, float]:
+    """The expressions that are off the neutral, and by how many texels of the albedo at the worst place."""
+    worst = {name: worst_of(tiles) for name, tiles in found.items()}
+    return {name: round(one.worst[0], 2) for name, one in worst.items() if one.state == "misregistered"}
+
+
+def undecided(found: Alignments) -> list[str]:
+    """The expressions of which nothing can be told."""
+    return [name for name, tiles in found.items() if worst_of(tiles).state == "unknown"]
+
+
 class _Neutral:
     """What every expression of a stack is compared with."""
 
-    def __init__(self, stack: Stack, quick: bool) -> None:
-        side, self._steps = (QUICK_SIDE, QUICK_STEPS) if quick else (SIDE, STEPS)
-        self._stack, self._factor = stack, -(-max(side, *stack.resolution) // side)
+    def __init__(self, stack: Stack) -> None:
+        self._stack, self._factor = stack, -(-max(SIDE, *stack.resolution) // SIDE)
         weight = _reduced(np.ascontiguousarray(stack.weight)[:, :, None], self._factor)
-        neutral = _pyramid(_reduced(np.ascontiguousarray(stack.neutral), self._factor), stack.scale)
-        self._fixed = [Still(image, *np.gradient(image)) for image in neutral]
+        neutral = _reduced(np.ascontiguousarray(stack.neutral), self._factor)
+        self._fixed = [Still(image, *np.gradient(image)) for image in _pyramid(neutral, stack.scale)]
+        # Features are looked for on half of that.
+        self._step = -(-max(neutral.shape) // features.SIDE)
+        self._features, self._cells = self._log(neutral), _cells(weight)
         self._weights = [_reduced(weight[:, :, None], step) for step in _levels(weight)]
         self._face = gaussian_filter(_cells(weight), 0.5)
 
@@ -143,13 +187,32 @@ class _Neutral:
         """How expression n lies; where the mask shows nothing of a tile, nothing is known."""
         unit = max(512, *self._stack.resolution) / 512
         if not self._face.any():
-            return Alignment(np.zeros((GRID, GRID, 2), np.float32), np.zeros((GRID, GRID), np.float32), 0.0, unit)
-        texture = np.ascontiguousarray(self._stack.textures[n])
-        moving = _pyramid(_reduced(texture, self._factor), self._stack.scale)
-        displacement, certainty = _registered(self._fixed, moving, self._weights, self._steps)
+            nothing = np.zeros((GRID, GRID, 2), np.float32)
+            return Alignment(nothing, np.zeros((GRID, GRID), np.float32), 0.0, unit, face=False)
+        texture = _reduced(np.ascontiguousarray(self._stack.textures[n]), self._factor)
+        moving = _pyramid(texture, self._stack.scale)
+        displacement, certainty = _registered(self._fixed, moving, self._weights)
         confidence = certainty * np.clip(self._face, 0, 1)
         known = float(np.sum(confidence > SURE)) / max(float(np.sum(self._face > SURE)), 1.0)
-        return Alignment(displacement * np.float32(self._factor), confidence.astype(np.float32), known, unit)
+        feature, how = self._looked_for(self._log(texture))
+        if known <= LEAST_KNOWN and feature is not None and feature.state == "lost":
+            # Where nothing is found again, no feature is lost apart.
+            feature = None
+        return Alignment(
+            displacement * np.float32(self._factor), confidence.astype(np.float32), known, unit, feature, how
+        )
+
+    def _log(self, texture: NDArray[np.float32]) -> NDArray[np.float32]:
+        reduced = _reduced(texture[:, :, None], self._step)
+        return np.log(reduced * self._stack.scale + np.float32(DARK))
+
+    def _looked_for(self, other: NDArray[np.float32]) -> tuple[Feature | None, str | None]:
+        """A feature that is not in its place, in texels of the texture, and how the whole is turned."""
+        how = features.turned(self._features, other)
+        feature = None if how else features.worst_feature(self._features, other, self._cells)
+        if feature is not None:
+            feature = feature._replace(texels=feature.texels * self._step * self._factor)
+        return feature, how
 
 
 def _pyramid(luminance: NDArray[np.float32], scale: np.float32) -> list[NDArray[np.float32]]:
@@ -168,7 +231,6 @@ def _registered(
     fixed: list[Still],
     moving: list[NDArray[np.float32]],
     weights: list[NDArray[np.float32]],
-    steps: int,
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
     """Displacement ``(GRID, GRID, 2)`` in texels of the finest level, and how far to trust it ``(GRID, GRID)``.
 
@@ -179,7 +241,7 @@ def _registered(
     levels = LEVELS[len(LEVELS) - len(fixed) :]
     for (step, window), still, other, weight in zip(levels, fixed, moving, weights, strict=True):
         spread = float(np.average((still.image - other) ** 2, weights=weight)) + 1e-12
-        for _ in range(steps):
+        for _ in range(STEPS):
             sums = np.zeros((GRID, GRID, 7))
             _normal_equations(still, other, weight, displacement / step, spread, sums)
             sums = gaussian_filter(sums, (window, window, 0), mode="constant")

@@ -4,26 +4,30 @@ from collections.abc import Callable
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.correspondence import in_order_of
-from facezip.character.layout import MASK, Layout, MapFiles, read_layout
+from facezip.character.filenames import MASK
+from facezip.character.layout import Layout, MapFiles, read_layout
 from facezip.character.maps import ALBEDO, Key, Map
-from facezip.character.meshes import Meshes
+from facezip.character.meshes import Meshes, check_digits
 from facezip.character.neutrals import neutral_bits, packed_neutral
 from facezip.character.obj_parts import Faces
 from facezip.character.raster import covered
 from facezip.character.scans import NEUTRAL, Character, Stack, check_names
-from facezip.character.texels import normal_rows, states_signs, value_rows
+from facezip.character.sizes import Sizes, read_sizes
+from facezip.character.texels import Extremes, normal_rows, states_signs, value_rows
 from facezip.character.tiles import FIRST_TILE, shifted
+from facezip.character.uvs import check_on_tiles, in_unit_square
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.bands import filled
 from facezip.files.decoding import stated_size
 from facezip.files.images import Texels, to_float, write_texture, write_values
-from facezip.files.obj import write_obj
-from facezip.files.reading import check_expansion
+from facezip.files.obj import Topology, write_obj
+from facezip.files.statements import stated
 from facezip.files.values import read_mask
 from facezip.files.writing import whole_folder
 from facezip.machine import memory
@@ -32,8 +36,6 @@ from facezip.machine.progress import task
 from facezip.machine.rows import by_rows, map_rows
 from facezip.names import printable
 
-# Fifty flat 2048 x 2048 textures are no attack; what unfolds to more has to be in proportion to its files.
-SPARE = 2**32
 # Of a texel: exporters round UVs, each in its own way.
 UV_TOLERANCE = 1 / 16
 
@@ -46,10 +48,10 @@ def load_folder(folder: Path, keep_floats: bool, maps: tuple[str, ...] | None) -
     if keep_floats:
         layout = replace(layout, maps=tuple(replace(how, keeps_floats=True) for how in layout.maps))
     check_names(layout.expressions, folder)
-    _check_sizes(layout)
+    sizes = read_sizes(layout)
     count = (1 + len(layout.expressions)) * (1 + len(layout.maps) * len(layout.tiles))
     with ThreadPoolExecutor(cores()) as pool, task("Reading the character", count) as done:
-        return _Loading(layout, pool, done).character()
+        return _Loading(layout, sizes, pool, done).character()
 
 
 def save_folder(character: Character, folder: Path) -> None:
@@ -103,35 +105,54 @@ def _tile(tile: int, tiles: tuple[int, ...]) -> str:
 class _Loading:
     """One call of :func:`load_folder`."""
 
-    def __init__(self, layout: Layout, pool: Executor, done: Callable[[], None]) -> None:
+    def __init__(self, layout: Layout, sizes: Sizes, pool: Executor, done: Callable[[], None]) -> None:
         self._layout, self._names, self._pool, self._done = layout, layout.expressions, pool, done
-        sides = (stated_size(how.files[NEUTRAL, tile])[:2] for how in layout.maps for tile in layout.tiles)
-        self._tolerance = UV_TOLERANCE / max(map(max, sides))
+        self._sizes, self._notes = sizes, [*sizes.notes]
+        self._texel = 1 / max(map(max, sizes.of.values()))
         self._faces = Faces(layout)
 
     def character(self) -> Character:
+        layout = self._layout
+        self._masks = {tile: self._read_mask(path) for tile, path in layout.masks.items()}
         # Their parsers leave the interpreter to other threads: meshes and textures are read side by side.
-        self._neutral, self._topology = self._faces.neutral()
+        self._neutral, self._topology = self._mesh(NEUTRAL)
+        if layout.numbered:
+            self._note_empty(check_on_tiles(layout.meshes[NEUTRAL], self._topology, layout.tiles, self._texel))
         self._done()
         moved = [self._pool.submit(self._vertices, name) for name in self._names]
         maps: list[Map] = []
         stacks: dict[Key, Stack] = {}
-        for how in self._layout.maps:
+        for how in layout.maps:
             kind, tiles = self._map(how)
             maps.append(kind)
             stacks |= {(kind.name, tile): stack for tile, stack in tiles.items()}
         vertices = np.stack([future.result() for future in moved])
-        name = printable(self._layout.folder.resolve().name)
         meshes = Meshes(self._topology, self._neutral, vertices)
-        notes = *self._layout.notes, *self._faces.notes
+        # Threads find them in any order.
+        notes = *layout.notes, *self._faces.notes, *sorted(self._notes, key=lambda note: (note.file, note.words))
+        name = printable(layout.folder.resolve().name)
         return Character(name, self._names, meshes, tuple(maps), stacks, notes)
 
-    def _vertices(self, name: str) -> NDArray[np.float32]:
+    def _mesh(self, name: str) -> tuple[NDArray[np.float32], Topology]:
         path = self._layout.meshes[name]
-        mesh = self._faces.expression(name, self._tolerance)
-        vertices = in_order_of(path, self._neutral, self._topology, *mesh, self._tolerance)
+        faces, tolerance = self._faces, UV_TOLERANCE * self._texel
+        vertices, topology = faces.neutral() if name == NEUTRAL else faces.expression(name, tolerance)
+        check_digits(path, vertices[topology.faces])
+        if not self._layout.numbered:
+            topology, notes = in_unit_square(path, topology, self._texel)
+            self._notes += (self._layout.note(path, note.words, note.asks) for note in notes)
+        return vertices, topology
+
+    def _vertices(self, name: str) -> NDArray[np.float32]:
+        mesh, path = self._mesh(name), self._layout.meshes[name]
+        vertices = in_order_of(path, self._neutral, self._topology, *mesh, UV_TOLERANCE * self._texel)
         self._done()
         return vertices
+
+    def _note_empty(self, tiles: tuple[int, ...]) -> None:
+        for tile in tiles:
+            words = f"no triangle lies on tile {tile}; its textures take room in the pack all the same"
+            self._notes.append(self._layout.note(self._layout.maps[0].files[NEUTRAL, tile], words))
 
     def _map(self, how: MapFiles) -> tuple[Map, dict[int, Stack]]:
         """A map on all tiles; floats that are kept share one range."""
@@ -147,11 +168,21 @@ class _Loading:
         return kind, stacks
 
     def _stack(self, how: MapFiles, tile: int, signed: bool) -> Stack:
-        seen = self._seen(tile, stated_size(how.files[NEUTRAL, tile])[:2]) if how.kind.is_normal else None
+        size = self._sizes.of[how.kind.name, tile]
+        seen = self._seen(tile, size) if how.kind.is_normal else None
+        names = (NEUTRAL, *self._names)
+        # What placeholders have to be like: the first that is none.
+        whole = next((name for name in names if how.files[name, tile] not in self._sizes.constants), None)
+        like = None if whole is None else self._texture(how, how.files[whole, tile], signed, seen, tile)
+        kept = {} if whole is None or like is None else {whole: like}
 
         def read(name: str, into: Texels | None = None) -> Texels:
             path = how.files[name, tile]
-            texture = filled(value_rows(path, how) if seen is None else normal_rows(path, how, signed, seen), into)
+            if path in self._sizes.constants:
+                value = self._texture(how, path, signed, None, tile)[0, 0]
+                texture = constant(path, value, size, value if like is None else like, into)
+            else:
+                texture = kept.pop(name) if name in kept else self._texture(how, path, signed, seen, tile, into)
             self._done()
             return texture
 
@@ -160,23 +191,53 @@ class _Loading:
 
         def fill(name: str, into: Texels) -> None:
             texture = read(name, into)
-            if texture is not into:
+            if texture.shape != into.shape or texture.dtype != into.dtype:
                 raise FaceZipError(
                     ErrorCode.SIZE_MISMATCH,
                     f"{how.files[name, tile]}: {words_for(texture)}, the neutral is {words_for(neutral)}; export both "
                     "alike",
                 )
+            if texture is not into:
+                into[:] = texture
 
         list(self._pool.map(fill, self._names, textures))
         return Stack(neutral, textures, self._mask(how, tile, neutral.shape[:2]))
 
-    def _mask(self, how: MapFiles, tile: int, size: tuple[int, ...]) -> NDArray[np.float32] | None:
-        path = self._layout.masks.get(tile)
-        if path is None:
+    def _texture(
+        self,
+        how: MapFiles,
+        path: Path,
+        signed: bool,
+        seen: NDArray[np.bool_] | None,
+        tile: int,
+        into: Texels | None = None,
+    ) -> Texels:
+        if how.kind.is_normal:
+            everywhere = np.ones(stated_size(path)[:2], np.bool_) if seen is None else seen
+            return filled(normal_rows(path, how, signed, everywhere), into)
+        alpha = Extremes()
+        texture = filled(value_rows(path, how, alpha), into)
+        if not alpha.are_constant.all():
+            words = "its alpha varies and is not used; if it is the mask of the face, save it as mask.png"
+            self._notes.append(self._layout.note(path, words, asks=tile not in self._masks))
+        return texture
+
+    def _read_mask(self, path: Path) -> NDArray[np.float32]:
+        mask, channel = read_mask(path)
+        words = [*stated(path).applied(as_colours=False), *([f"its channel {channel} is the mask"] if channel else [])]
+        self._notes += (self._layout.note(path, each) for each in words)
+        return mask
+
+    def _mask(self, how: MapFiles, tile: int, size: tuple[int, int]) -> NDArray[np.float32] | None:
+        mask, path = self._masks.get(tile), self._layout.masks.get(tile)
+        if mask is None or path is None:
             return None
-        mask = read_mask(path)
         if how.kind.name != ALBEDO and mask.shape != size:
             # The mask has the albedo's size; other maps may be finer or coarser.
+            mask = resized_mask(mask, size)
+        elif mask.shape != size and mask.min() == mask.max():
+            words = f"{mask.shape[1]}x{mask.shape[0]} of one value; taken for that constant, {size[1]}x{size[0]}"
+            self._notes.append(self._layout.note(path, words))
             mask = resized_mask(mask, size)
         if len(self._layout.tiles) > 1 and not mask.any():
             # One of several tiles, such as that of the back of the head, need not show any of the face.
@@ -187,11 +248,28 @@ class _Loading:
     def _seen(self, tile: int, size: tuple[int, int]) -> NDArray[np.bool_]:
         """Texels on the mesh, within the mask."""
         on_mesh = covered(shifted(self._topology, tile), size)
-        path = self._layout.masks.get(tile)
-        if path is None:
+        if tile not in self._masks:
             return on_mesh
-        mask = resized_mask(read_mask(path), size)
+        mask = resized_mask(self._masks[tile], size)
         return by_rows(lambda rows: on_mesh[rows] & (mask[rows] > 0), size, np.bool_)
+
+
+def constant(
+    path: Path, value: NDArray[Any], size: tuple[int, int], like: NDArray[Any], into: Texels | None = None
+) -> Texels:
+    """One texel ``(C,)`` as a texture of a size, in the channels and the type of another."""
+    channels = like.shape[-1]
+    if len(value) not in (1, channels) and not (value == value[0]).all():
+        raise FaceZipError(
+            ErrorCode.SIZE_MISMATCH, f"{path}: {len(value)} channels, the others have {channels}; export all alike"
+        )
+    texel = value if len(value) == channels else np.repeat(value[:1], channels)
+    if like.dtype != value.dtype:
+        texel = to_float(texel)
+        texel = texel if like.dtype.kind == "f" else np.rint(texel * np.iinfo(like.dtype).max).astype(like.dtype)
+    texture = memory.empty((*size, channels), like.dtype) if into is None or into.dtype != like.dtype else into
+    texture[:] = texel
+    return texture
 
 
 def words_for(texture: Texels) -> str:
@@ -210,26 +288,6 @@ def checked_mask(mask: NDArray[np.float32], size: tuple[int, ...], path: Path) -
     if mask.max() == 0:
         raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: the mask is black everywhere; paint the face region white")
     return mask
-
-
-def _check_sizes(layout: Layout) -> None:
-    """Refuse, by headers alone, textures of a tile that differ, or that unfold out of proportion."""
-    decoded = stored = row = 0
-    for how in layout.maps:
-        for tile in layout.tiles:
-            paths = [how.files[name, tile] for name in (NEUTRAL, *layout.expressions)]
-            sizes = [stated_size(path) for path in paths]
-            for path, size in zip(paths, sizes, strict=True):
-                if size[:2] != sizes[0][:2]:
-                    raise FaceZipError(
-                        ErrorCode.SIZE_MISMATCH,
-                        f"{path}: {size[1]}x{size[0]}, the neutral is {sizes[0][1]}x{sizes[0][0]}; export both alike",
-                    )
-            unfolded = sum(size[2] for size in sizes)
-            decoded, row = decoded + unfolded, max(row, unfolded // sizes[0][0])
-            stored += sum(path.stat().st_size for path in paths)
-    check_expansion(layout.folder, decoded, stored, SPARE)
-    memory.check(row)
 
 
 def resized_mask(mask: NDArray[np.float32], size: tuple[int, ...]) -> NDArray[np.float32]:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.folder import SPARE, checked_mask, resized_mask, words_for
+from facezip.character.folder import checked_mask, resized_mask, words_for
 from facezip.character.gltf_images import Images
 from facezip.character.gltf_material import Material
 from facezip.character.gltf_texels import NOTHING, bumped_rows, roughness_rows, tinted
@@ -15,6 +15,7 @@ from facezip.character.maps import ALBEDO, Key
 from facezip.character.notes import Note
 from facezip.character.raster import covered
 from facezip.character.scans import NEUTRAL, Stack
+from facezip.character.sizes import SPARE
 from facezip.character.tiles import FIRST_TILE
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.bands import Bands, filled
@@ -145,7 +146,7 @@ class Maps:
             return None
         if self._mask is None:
             with self._images.file(self._mask_look.source) as file:
-                self._mask = read_mask(file)
+                self._mask, _ = read_mask(file)
         if kind != ALBEDO and self._mask.shape != size:
             return resized_mask(self._mask, size)
         return checked_mask(self._mask, size, self._path)

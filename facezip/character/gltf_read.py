@@ -7,13 +7,13 @@ texture, image, or file beside the glTF has the morph target's name.
 
 from pathlib import Path
 
+from facezip.character.filenames import MASK
 from facezip.character.gltf_images import Images
 from facezip.character.gltf_maps import Maps
 from facezip.character.gltf_material import PLACED, Material, Placement
 from facezip.character.gltf_mesh import DRACO, read_mesh
 from facezip.character.gltf_parts import Part, face_of, parts_of, titles
 from facezip.character.gltf_textures import VARIANTS, Look, Looks
-from facezip.character.layout import MASK
 from facezip.character.maps import KNOWN
 from facezip.character.meshes import Meshes
 from facezip.character.notes import Note

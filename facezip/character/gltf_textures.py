@@ -5,10 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from facezip.character.custom import texture_path
+from facezip.character.filenames import MASK
 from facezip.character.gltf_images import Images
 from facezip.character.gltf_material import Material, Use, image_of
 from facezip.character.gltf_parts import Part
-from facezip.character.layout import MASK, texture_path
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import NEUTRAL
 from facezip.files.glb import Glb, GlbFault

@@ -3,9 +3,9 @@
 import os
 from pathlib import Path
 
+from facezip.character.filenames import MASK
 from facezip.character.gltf import CLAMPED, add_mesh, skin, start
 from facezip.character.gltf_textures import VARIANTS
-from facezip.character.layout import MASK
 from facezip.character.maps import ALBEDO, KNOWN
 from facezip.character.scans import NEUTRAL, Character
 from facezip.character.tiles import FIRST_TILE

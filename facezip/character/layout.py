@@ -2,32 +2,40 @@
 
 import re
 import tomllib
-from collections.abc import Collection, Iterator
-from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
+from facezip.character.custom import (
+    MESH_SUFFIX,
+    OTHER_MESHES,
+    files_by_custom,
+    meshes_in,
+    neutral_among,
+    owners_of,
+    put,
+)
+from facezip.character.filenames import MASK, TILE, first_tile, is_litter, readings, tile_number
 from facezip.character.maps import ALBEDO, ENCODINGS, KNOWN, Map, is_map_name
 from facezip.character.notes import Note
-from facezip.character.parts import listed
+from facezip.character.placement import Placement
 from facezip.character.scans import NEUTRAL
 from facezip.character.tiles import FIRST_TILE
-from facezip.errors import ErrorCode, FaceZipError
+from facezip.errors import ErrorCode, FaceZipError, Refuse, raised
 from facezip.files.mtl import images_by_material
-from facezip.files.opening import TEXTURE_SUFFIXES
+from facezip.files.opening import OTHER_SUFFIXES, not_read
 from facezip.files.reading import reading
-from facezip.names import folded
+from facezip.names import folded, one_form
 
 SETTINGS = "character.toml"
-MASK = "mask"
 # What a folder of scans has not, and a pack has.
 MANIFEST = "manifest.json"
 MAX_SETTINGS = 2**20
+# What it says of how the meshes stand, and not of which files there are.
+PLACEMENT = {field.name for field in fields(Placement)}
 
-# What stands behind an expression's name in the name of its texture.
-_BEHIND = re.compile(r"(?P<name>.+?)(\.(?P<map>" + "|".join(KNOWN) + r"))?(\.(?P<tile>1\d{3}))?", re.DOTALL)
-_PLACES = {"{name}": r"[^/]+?", "{tile}": r"1\d{3}"}
+_PLACES = {"{name}": r"[^/]+?", "{tile}": TILE}
 
 
 @dataclass(frozen=True)
@@ -58,15 +66,17 @@ class Layout:
     meshes : by name, ``neutral`` among them.
     maps : albedo first.
     masks : by tile; a tile without one counts wholly.
+    numbered : whether names of textures say tiles; otherwise there is one texture, which renderers repeat.
     materials : images that material libraries name, as of :func:`facezip.files.mtl.images_by_material`.
     part : the material that is the face, where that is said.
-    notes : what is not used.
+    notes : what is not used, and what is certain but not called as it should be.
     """
 
     folder: Path
     meshes: dict[str, Path]
     maps: tuple[MapFiles, ...]
     masks: dict[int, Path]
+    numbered: bool = False
     materials: dict[str, dict[str, str]] = field(default_factory=dict)
     part: str | None = None
     notes: tuple[Note, ...] = ()
@@ -76,14 +86,18 @@ class Layout:
         """Names in their order, without the neutral."""
         return tuple(sorted(name for name in self.meshes if name != NEUTRAL))
 
+    def note(self, path: Path, words: str, asks: bool = False) -> Note:
+        """A note on one of the files."""
+        return Note(_within(self.folder, path), words, asks)
+
     @property
     def tiles(self) -> tuple[int, ...]:
         """UDIM numbers of the neutral's albedo."""
         return tuple(sorted(tile for name, tile in self.maps[0].files if name == NEUTRAL))
 
 
-def read_layout(folder: Path) -> Layout:
-    """The files of a character folder.
+def read_layout(folder: Path, refuse: Refuse = raised) -> Layout:
+    """The files of a character folder; a texture that ``refuse`` does not raise an error for is left out.
 
     Raises
     ------
@@ -92,86 +106,61 @@ def read_layout(folder: Path) -> Layout:
         ``character.toml`` that says something else than it may, two files for one texture, or no albedo.
     """
     if not folder.is_dir():
-        raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no such folder; give the folder with neutral.obj in it")
+        what = "is a file" if folder.exists() else "no such folder"
+        raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: {what}; give the folder with neutral.obj in it")
     if (folder / MANIFEST).is_file():
         reason = "is a pack; give the folder of scans that it was made of"
         raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{folder}: {reason}")
     with reading(folder):
         settings = _settings(folder)
         part = settings.pop("part", None)
-        layout = replace(_stated(folder, settings) if settings else _by_custom(folder), part=part)
-    _check_complete(layout)
-    return layout
+        files = {key: value for key, value in settings.items() if key not in PLACEMENT}
+        layout = replace(_stated(folder, files) if files else _by_custom(folder, refuse), part=part)
+        _check_complete(layout, refuse)
+    return _with_fitting_masks(layout)
 
 
-def _by_custom(folder: Path) -> Layout:
-    meshes = {path.stem: path for path in sorted(folder.glob("*.obj"))}
+def holds_neutral(folder: Path) -> bool:
+    """Whether a folder has a mesh that is the neutral, whatever is wrong with it."""
+    try:
+        return NEUTRAL in meshes_in(folder)[0]
+    except FaceZipError:
+        # Two may be it.
+        return True
+    except OSError:
+        return False
+
+
+def _by_custom(folder: Path, refuse: Refuse) -> Layout:
+    meshes, owners, notes_on_names = meshes_in(folder)
     _check_meshes(folder, meshes)
-    maps: dict[str, MapFiles] = {}
-    masks: dict[int, Path] = {}
-    materials, notes = images_by_material(folder), list[Note]()
-    for found in _found(folder, {*meshes}):
-        name, tile, path = found["name"], int(found["tile"] or FIRST_TILE), found["path"]
-        if name == MASK and not found["map"]:
-            _put(masks, tile, path)
-        elif name in meshes:
-            kind = KNOWN[found["map"] or ALBEDO]
-            _put(maps.setdefault(kind.name, MapFiles(kind)).files, (name, tile), path)
-        elif whose := [material for material, images in materials.items() if folded(path.name) in images]:
-            notes.append(Note(path.name, f"left out: a texture of the material {listed(whose)}"))
-        elif not name.startswith(MASK):
-            raise without_mesh(path, meshes)
-    return Layout(folder, meshes, _albedo_first(folder, maps), masks, materials, notes=tuple(notes))
-
-
-def _found(folder: Path, meshes: set[str]) -> Iterator[dict[str, Any]]:
-    """The images of a folder: path, name, map and tile. A name that a mesh has is a name, whatever it ends in."""
-    for path in sorted(folder.iterdir()):
-        if path.suffix.lower() in TEXTURE_SUFFIXES:
-            match = _BEHIND.fullmatch(path.stem)
-            if path.stem in meshes or match is None:
-                yield {"path": path, "name": path.stem, "map": None, "tile": None}
-            else:
-                yield {"path": path, **match.groupdict()}
-
-
-def texture_path(folder: Path, name: str) -> Path:
-    """The texture of a name in a folder, whatever its suffix; where there is none, what it would be called."""
-    found = [folder / f"{name}{suffix}" for suffix in TEXTURE_SUFFIXES if (folder / f"{name}{suffix}").exists()]
-    if len(found) > 1:
-        raise _second(found[1], found[0])
-    return found[0] if found else folder / f"{name}.png"
-
-
-def without_mesh(texture: Path, meshes: Collection[str]) -> FaceZipError:
-    """The error for a texture of none of the meshes; where its name begins like one of theirs, of what follows."""
-    owner = max((name for name in meshes if texture.name.startswith(f"{name}.")), key=len, default=None)
-    if owner is None:
-        match = _BEHIND.fullmatch(texture.stem)
-        mesh = texture.with_name(f"{match['name'] if match else texture.stem}.obj")
-        return FaceZipError(ErrorCode.MISSING_FILE, f"{mesh}: missing beside its texture; add the mesh or remove it")
-    behind = texture.stem.removeprefix(f"{owner}.")
-    nearest = _nearest(behind.split("."))
-    known = f"there are {', '.join(KNOWN)}, then a UDIM tile such as {FIRST_TILE}"
-    remedy = f"call it {owner}.{nearest}{texture.suffix}" if nearest else "rename it"
-    return FaceZipError(
-        ErrorCode.BAD_CHARACTER,
-        f"{texture}: '{behind}' is no map of '{owner}'; {known}; {remedy}, or list it in {SETTINGS} (docs/maps.md)",
-    )
-
-
-def _nearest(parts: list[str]) -> str | None:
-    """A map, a tile, or both, in their order, as close as can be to what stands behind a name; None for no idea."""
-    tiles = [found[0] for part in parts if (found := re.search(r"1\d{3}", part))]
-    maps = [name for part in parts for name in get_close_matches(part.lower(), KNOWN, 1)]
-    both = len(tiles) + len(maps) == len(parts) and max(len(tiles), len(maps)) == 1
-    return ".".join((*maps, *tiles)) if both else None
+    materials = images_by_material(folder)
+    found = files_by_custom(folder, meshes, owners, materials, refuse)
+    maps = {name: MapFiles(KNOWN[name], files) for name, files in found.maps.items()}
+    notes = (*notes_on_names, *found.notes)
+    albedo_first = _albedo_first(folder, maps)
+    return Layout(folder, found.meshes, albedo_first, found.masks, found.numbered, materials, notes=notes)
 
 
 def stated_part(folder: Path) -> str | None:
     """What ``character.toml`` in a folder says is the face; errors as of :func:`read_layout`."""
     part: str | None = _settings(folder).get("part")
     return part
+
+
+def read_placement(folder: Path) -> Placement:
+    """What ``character.toml`` in a folder says of axes and unit; nothing where there is none.
+
+    Raises
+    ------
+    FaceZipError
+        ``BAD_CHARACTER`` where it says something else than it may.
+    """
+    with reading(folder):
+        try:
+            return Placement.of({key: value for key, value in _settings(folder).items() if key in PLACEMENT})
+        except ValueError as error:
+            raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{folder / SETTINGS}: {error}") from None
 
 
 def _settings(folder: Path) -> dict[str, Any]:
@@ -196,22 +185,28 @@ def _stated(folder: Path, document: dict[str, Any]) -> Layout:
         maps = document.pop("maps", {})
         patterns = {"meshes": "{name}.obj", "mask": "mask.png", **document}
         if odd := {*patterns} - {"meshes", "mask"}:
-            raise ValueError(f"'{min(odd)}' is not known; it holds meshes, mask, part and [maps.NAME]")
+            raise ValueError(f"'{min(odd)}' is not known; it holds meshes, mask, part, up, front, unit and [maps.NAME]")
         found = {name: _stated_map(folder, name, dict(entry)) for name, entry in maps.items()}
-        meshes = {name: file for (name, _), file in _matching(folder, patterns["meshes"]).items()}
-        masks = {tile: file for (_, tile), file in _matching(folder, patterns["mask"]).items()}
+        meshes = {name: file for (name, _), file in _matching(folder, patterns["meshes"])[0].items()}
+        masks = {tile: file for (_, tile), file in _matching(folder, patterns["mask"])[0].items()}
     except (ValueError, TypeError, AttributeError, RecursionError) as error:
         raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: {error}") from None
+    owners, notes = owners_of(meshes, neutral_among(meshes))
+    meshes = {owners[folded(name)]: file for name, file in meshes.items()}
     _check_meshes(folder, meshes)
-    for how in found.values():
-        # A pattern may catch more than the scans.
-        for key in [key for key in how.files if key[0] not in meshes]:
-            del how.files[key]
+    # A pattern may catch more than the scans.
+    for how, _ in found.values():
+        caught = {(owners.get(folded(name)), tile): file for (name, tile), file in how.files.items()}
+        how.files.clear()
+        how.files.update({(name, tile): file for (name, tile), file in caught.items() if name is not None})
+    numbered = any(is_numbered for _, is_numbered in found.values())
+    albedo_first = _albedo_first(folder, {name: how for name, (how, _) in found.items()})
     materials = images_by_material(meshes[NEUTRAL].parent)
-    return Layout(folder, meshes, _albedo_first(folder, found), masks, materials)
+    return Layout(folder, meshes, albedo_first, masks, numbered, materials, notes=tuple(notes))
 
 
-def _stated_map(folder: Path, name: str, entry: dict[str, Any]) -> MapFiles:
+def _stated_map(folder: Path, name: str, entry: dict[str, Any]) -> tuple[MapFiles, bool]:
+    """A map's files, and whether their names say tiles."""
     known = KNOWN.get(name, Map(name, "data"))
     fields = {"files": None, "encoding": known.encoding, "float": False, "green": "up"}
     if not is_map_name(name):
@@ -229,40 +224,41 @@ def _stated_map(folder: Path, name: str, entry: dict[str, Any]) -> MapFiles:
         )
     low = -1.0 if fields["encoding"] == "normal" else 0.0
     kind = Map(name, str(fields["encoding"]), low, 1.0)
-    files = _matching(folder, fields["files"])
-    return MapFiles(kind, files, bool(fields["float"]), fields["green"] == "down")
+    files, numbered = _matching(folder, fields["files"])
+    return MapFiles(kind, files, bool(fields["float"]), fields["green"] == "down"), numbered
 
 
-def _matching(folder: Path, pattern: Any) -> dict[tuple[str, int], Path]:
-    """Files by name and tile whose path within the folder is like a pattern with ``{name}`` and ``{tile}``."""
+def _matching(folder: Path, pattern: Any) -> tuple[dict[tuple[str, int], Path], bool]:
+    """Files by name and tile whose path within the folder is like a pattern with ``{name}`` and ``{tile}``.
+
+    Also returns whether the pattern says tiles.
+    """
     if not isinstance(pattern, str) or pattern.startswith("/") or ".." in Path(pattern).parts:
         raise ValueError(f"'{pattern}' is no pattern of files in the folder, such as 'albedo/{{name}}.{{tile}}.exr'")
     parts, seen = [], set()
-    for part in re.split(r"(\{name\}|\{tile\})", pattern):
+    for part in re.split(r"(\{name\}|\{tile\})", one_form(pattern)):
         group = part[1:-1]
         if part in _PLACES:
             parts.append(f"(?P={group})" if part in seen else f"(?P<{group}>{_PLACES[part]})")
             seen.add(part)
         else:
             parts.append(re.escape(part))
-    like = re.compile("".join(parts))
-    found: dict[tuple[str, int], Path] = {}
-    for path in sorted(folder.rglob("*" + Path(pattern).suffix)):
-        match = like.fullmatch(path.relative_to(folder).as_posix())
-        if match is not None:
-            groups = match.groupdict()
-            _put(found, (groups.get("name", MASK), int(groups.get("tile", FIRST_TILE))), path)
-    return found
+    like = re.compile("".join(parts), re.IGNORECASE)
+    matches = [(path, match) for path in _visible(folder) if (match := like.fullmatch(_within(folder, path)))]
+    numbered, found = "{tile}" in seen, dict[tuple[str, int], Path]()
+    first = first_tile(match["tile"] for _, match in matches) if numbered else 1
+    for path, match in matches:
+        name = match["name"] if "{name}" in seen else MASK
+        put(found, (name, tile_number(match["tile"], first) if numbered else FIRST_TILE), path)
+    return found, numbered
 
 
-def _put(files: dict[Any, Path], key: Any, path: Path) -> None:
-    if key in files:
-        raise _second(path, files[key])
-    files[key] = path
+def _visible(folder: Path) -> Iterator[Path]:
+    return (path for path in sorted(folder.rglob("*")) if not is_litter(path.relative_to(folder)) and path.is_file())
 
 
-def _second(path: Path, beside: Path) -> FaceZipError:
-    return FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: a second texture beside {beside.name}; keep one of them")
+def _within(folder: Path, path: Path) -> str:
+    return one_form(path.relative_to(folder).as_posix())
 
 
 def _albedo_first(folder: Path, maps: dict[str, MapFiles]) -> tuple[MapFiles, ...]:
@@ -274,31 +270,84 @@ def _albedo_first(folder: Path, maps: dict[str, MapFiles]) -> tuple[MapFiles, ..
     return tuple(maps[name] for name in [ALBEDO, *sorted({*maps} - {ALBEDO})])
 
 
-def _check_complete(layout: Layout) -> None:
+def _check_complete(layout: Layout, refuse: Refuse) -> None:
     for how in layout.maps:
         for name in (NEUTRAL, *layout.expressions):
             for tile in layout.tiles:
                 if (name, tile) not in how.files:
-                    raise _missing(layout, how, name, tile)
+                    refuse(_missing(layout, how, name, tile))
+        for (_, tile), file in how.files.items():
+            if tile not in layout.tiles:
+                words = f"{file}: the neutral has no albedo on tile {tile}; add it, or remove this file"
+                refuse(FaceZipError(ErrorCode.BAD_CHARACTER, words))
 
 
 def _missing(layout: Layout, how: MapFiles, name: str, tile: int) -> FaceZipError:
-    """The error for a texture that others have, under the name that it has by custom."""
-    behind = "" if how.kind.name == ALBEDO else f".{how.kind.name}"
-    number = "" if layout.tiles == (FIRST_TILE,) else f".{tile}"
-    file = layout.folder / f"{name}{behind}{number}.png"
-    where = f" on tile {tile}" if number else ""
+    """The error for a texture that others have, under the name that it has beside them."""
+    file = _expected(layout, how, name, tile)
+    there = sorted(file.parent.iterdir()) if file.parent.is_dir() else []
+    other = [path for path in there if folded(path.stem) == folded(file.stem) and path.suffix.lower() in OTHER_SUFFIXES]
+    if other:
+        return not_read(other[0])
+    where = f" on tile {tile}" if layout.numbered else ""
     return FaceZipError(
         ErrorCode.MISSING_FILE,
         f"{file}: missing, there is no {how.kind.name} of '{name}'{where}; add the file or remove {name}'s mesh",
     )
 
 
+def _expected(layout: Layout, how: MapFiles, name: str, tile: int) -> Path:
+    """What a texture would be called: as another one of that tile is; otherwise by custom."""
+    for beside, path in ((one, how.files.get((one, tile))) for one in layout.meshes):
+        stem, like = layout.meshes[beside].stem, path and path.relative_to(layout.folder).as_posix()
+        if like and stem in like:
+            return layout.folder / like.replace(stem, layout.meshes[name].stem)
+    behind = "" if how.kind.name == ALBEDO else f".{how.kind.name}"
+    return layout.folder / f"{name}{behind}{f'.{tile}' if layout.numbered else ''}.png"
+
+
+def _with_fitting_masks(layout: Layout) -> Layout:
+    """A mask without a tile's number is that of the only tile; what it is of several is said, as is a tile too many."""
+    masks, tiles, notes = dict(layout.masks), layout.tiles, list(layout.notes)
+    whole = masks.get(FIRST_TILE)
+    if whole and layout.numbered and not any(parts.tile for parts in readings(whole.stem)):
+        if len(tiles) == 1:
+            masks = {tiles[0]: whole}
+        else:
+            number = FIRST_TILE if FIRST_TILE in tiles else tiles[0]
+            words = f"taken for the mask of tile {number} alone; call it {MASK}.{number}{whole.suffix}"
+            notes.append(layout.note(whole, words, asks=True))
+    for tile in sorted({*masks} - {*tiles}):
+        words = f"not used: there are no textures on tile {tile}"
+        notes.append(layout.note(masks.pop(tile), words, asks=True))
+    return replace(layout, masks=masks, notes=tuple(notes))
+
+
 def _check_meshes(folder: Path, meshes: dict[str, Path]) -> None:
     if NEUTRAL not in meshes:
-        raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no neutral.obj; a character needs a neutral mesh")
+        raise _without_neutral(folder, meshes)
     if len(meshes) < 3:
         raise FaceZipError(
             ErrorCode.TOO_FEW_EXPRESSIONS,
             f"{folder}: {len(meshes) - 1} expression(s); at least two besides the neutral",
         )
+
+
+def _without_neutral(folder: Path, meshes: dict[str, Path]) -> FaceZipError:
+    """The error for a folder without a neutral mesh, of what is there instead."""
+    there = sorted(path for path in folder.iterdir() if not is_litter(Path(path.name)))
+    others = [path for path in there if path.suffix.lower() in OTHER_MESHES]
+    nested = [
+        path for path in there if path.is_dir() and any(file.suffix.lower() == MESH_SUFFIX for file in path.iterdir())
+    ]
+    remedy = "a character needs a neutral mesh"
+    if meshes:
+        few = ", ".join(path.name for path in [*meshes.values()][:3])
+        remedy = f"its meshes are {few}{' …' if len(meshes) > 3 else ''}: call that of the face at rest {NEUTRAL}.obj"
+    elif others:
+        remedy = f"{others[0].name} is not read here: export OBJ" + (
+            ", or give that file itself" if others[0].suffix.lower() in (".glb", ".gltf") else ""
+        )
+    elif nested:
+        remedy = f"give the folder with the meshes, such as {nested[0].name}, or say where they are in {SETTINGS}"
+    return FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no {NEUTRAL}.obj; {remedy}")

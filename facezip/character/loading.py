@@ -5,8 +5,9 @@ from pathlib import Path
 from facezip.character.folder import load_folder, save_folder
 from facezip.character.gltf_read import load_gltf
 from facezip.character.gltf_write import save_glb
-from facezip.character.layout import stated_part
+from facezip.character.layout import read_placement, stated_part
 from facezip.character.notes import say
+from facezip.character.placement import placed
 from facezip.character.scans import Character, check_names
 from facezip.character.sources import gltf_at
 from facezip.files.reading import reading
@@ -21,7 +22,8 @@ def load_character(path: str | Path, *, keep_floats: bool = False, maps: tuple[s
     Beside ``neutral.obj`` and ``NAME.obj`` lie ``NAME.png`` and, each optional, ``NAME.normal.png``,
     ``NAME.roughness.png``, ``NAME.specular.png`` and ``NAME.cavity.png``; with UDIM, ``NAME.1001.png``,
     ``NAME.normal.1001.png`` … Other names are said in ``character.toml`` (docs/maps.md). ``mask.png``, where present,
-    limits the face region. PNG, TIFF, JPEG or OpenEXR. Expressions come in the order of their names.
+    limits the face region. PNG, TIFF, JPEG or OpenEXR. Expressions come in the order of their names. Meshes come
+    upright and looking at +z, expressions at the neutral's place and in its size (docs/meshes.md).
 
     What files say that is not ordinary, and what was done about it, is in the character's ``notes`` and in the log
     ``facezip``, as warnings.
@@ -38,7 +40,13 @@ def load_character(path: str | Path, *, keep_floats: bool = False, maps: tuple[s
         One line that names the file: missing partners, fewer than two expressions, textures of another size or type,
         meshes of another topology or UV layout, and everything that the readers of meshes and textures refuse.
     """
-    path = Path(path)
+    character = read_character(Path(path), keep_floats, maps)
+    say(character.name, character.notes)
+    return character
+
+
+def read_character(path: Path, keep_floats: bool = False, maps: tuple[str, ...] | None = None) -> Character:
+    """As :func:`load_character`, without a word in the log."""
     with reading(path):
         gltf = gltf_at(path)
         if gltf is None:
@@ -46,8 +54,7 @@ def load_character(path: str | Path, *, keep_floats: bool = False, maps: tuple[s
         else:
             name = printable(path.resolve().name if path.is_dir() else path.stem)
             character = load_gltf(gltf, name, stated_part(gltf.parent), maps)
-    say(character.name, character.notes)
-    return character
+    return placed(character, read_placement(gltf.parent if gltf else path), path)
 
 
 def save_character(character: Character, path: str | Path) -> None:

@@ -2,11 +2,16 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.obj import Topology
+
+# Of the head's size: what rounding to float32 may move a vertex by. Half a hundredth of a millimetre.
+ROUNDING = 2e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,3 +33,18 @@ class Meshes:
     def deltas(self) -> NDArray[np.float32]:
         """``(N, V, 3)`` float32, expression minus neutral (equation 7)."""
         return self.vertices - self.neutral
+
+
+def check_digits(path: Path, corners: NDArray[np.float32]) -> None:
+    """Raise ``UNREADABLE_MESH`` where a mesh ``(F, 3, 3)`` lies so far away that rounding moves its vertices.
+
+    Map coordinates are millions of units: of a head's millimetres nothing is left there in a float32.
+    """
+    size, farthest = float(np.ptp(corners.reshape(-1, 3), axis=0).max()), np.abs(corners).max()
+    step = float(np.spacing(farthest))
+    if farthest > 0 and step > ROUNDING * size:
+        raise FaceZipError(
+            ErrorCode.UNREADABLE_MESH,
+            f"{path}: {size:.3g} units in size and up to {farthest:.3g} from the origin, where numbers are {step:.2g} "
+            "apart; move the meshes to the origin before they are exported",
+        )

@@ -17,7 +17,7 @@ from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import Texels
 from facezip.files.obj import Topology
 from facezip.machine.rows import by_rows
-from facezip.names import MAX_CHARACTERS, first_unusable
+from facezip.names import MAX_CHARACTERS, first_unusable, folded, one_form
 
 NEUTRAL = "neutral"
 MAX_EXPRESSIONS = 4096
@@ -81,6 +81,10 @@ class Character:
     maps: tuple[Map, ...]
     stacks: Mapping[Key, Stack]
     notes: tuple[Note, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Names are kept in one Unicode form, whoever makes a character."""
+        object.__setattr__(self, "expressions", tuple(map(one_form, self.expressions)))
 
     @property
     def tiles(self) -> tuple[int, ...]:
@@ -163,7 +167,8 @@ class Character:
         return self.meshes.neutral if expression == NEUTRAL else self.meshes.vertices[self.index(expression)]
 
     def index(self, expression: str) -> int:
-        """Position of an expression on axis 0; ``UNKNOWN_NAME`` where there is none."""
+        """Position of an expression on axis 0, in whatever Unicode form it is typed; ``UNKNOWN_NAME`` for none."""
+        expression = one_form(expression)
         if expression not in self.expressions:
             raise unknown("expression", expression, self.expressions, self.name)
         return self.expressions.index(expression)
@@ -194,7 +199,8 @@ def check_names(expressions: tuple[str, ...], whose: str | Path) -> None:
     """Raise ``UNSAFE_NAME`` for the first expression whose name cannot be a file name, before any file bears it."""
     unusable = first_unusable(expressions)
     if unusable is not None:
+        alike = next((name for name in expressions if name != unusable and folded(name) == folded(unusable)), None)
+        why = f"is that of '{alike}' to many file systems" if alike else "cannot be a file name"
         raise FaceZipError(
-            ErrorCode.UNSAFE_NAME,
-            f"{whose}: expression name '{unusable[:MAX_CHARACTERS]}' cannot be a file name; rename it",
+            ErrorCode.UNSAFE_NAME, f"{whose}: expression name '{unusable[:MAX_CHARACTERS]}' {why}; rename it"
         )

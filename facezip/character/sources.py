@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from facezip.character.layout import MANIFEST, SETTINGS
+from facezip.character.filenames import is_litter
+from facezip.character.layout import MANIFEST, SETTINGS, holds_neutral
 from facezip.character.parts import listed
 from facezip.errors import ErrorCode, FaceZipError
 
@@ -23,8 +24,8 @@ def is_character(path: Path) -> bool:
 
 
 def holds_scans(folder: Path) -> bool:
-    """Whether a folder has meshes of its own, or says what its files are and has no glTF."""
-    return _has_meshes(folder) or ((folder / SETTINGS).is_file() and not _gltfs_in(folder))
+    """Whether a folder has a neutral mesh, or says what its files are and has no glTF."""
+    return holds_neutral(folder) or ((folder / SETTINGS).is_file() and not _gltfs_in(folder))
 
 
 def gltf_at(path: Path) -> Path | None:
@@ -63,4 +64,4 @@ def _gltfs_in(folder: Path) -> list[Path]:
 
 
 def _visible(folder: Path) -> list[Path]:
-    return [file for file in folder.iterdir() if not file.name.startswith(".")]
+    return [file for file in folder.iterdir() if not is_litter(Path(file.name))]

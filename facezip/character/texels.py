@@ -25,8 +25,10 @@ _NARROW = np.uint16(65535)
 OFF = 0.25
 
 
-def value_rows(path: Path, how: MapFiles) -> Bands:
+def value_rows(path: Path, how: MapFiles, alpha: "Extremes | None" = None) -> Bands:
     """The rows of a texture of colours or data: integers as stored, floats as values (colours encoded).
+
+    The alpha of colours, which is not among them, is counted into ``alpha``.
 
     Raises
     ------
@@ -35,13 +37,13 @@ def value_rows(path: Path, how: MapFiles) -> Bands:
         channels differ.
     """
     if how.kind.encoding == "srgb":
-        yield from colour_bands(path, how.keeps_floats)
+        yield from colour_bands(path, how.keeps_floats, see_alpha=None if alpha is None else alpha.add)
     else:
         yield from _data_rows(path, how.keeps_floats)
 
 
 def _data_rows(path: Path, keeps_floats: bool) -> Bands:
-    colours, alpha = _Extremes(), _Extremes()
+    colours, alpha = Extremes(), Extremes()
     low, high = np.inf, -np.inf
     with decoding(path) as (facts, bands):
         for top, height, band in sliced(bands, BLOCK):
@@ -104,7 +106,7 @@ class _Normals:
     ) -> None:
         self._facts, self._how, self._seen, self._channels = facts, how, seen, channels
         self._signed = signed and facts.is_float
-        self._extremes = _Extremes()
+        self._extremes = Extremes()
         self._wrong: tuple[int, int] | None = None
         self._off, self._count = 0.0, 0
 
@@ -164,8 +166,8 @@ class _Normals:
         return (values / np.maximum(length, 1e-6)).astype(np.float32), length[..., 0]
 
 
-class _Extremes:
-    """The smallest and the largest number of every channel."""
+class Extremes:
+    """The smallest and the largest number of every channel of an image."""
 
     def __init__(self) -> None:
         self._low: Any = np.inf
@@ -178,8 +180,8 @@ class _Extremes:
 
     @property
     def are_constant(self) -> NDArray[np.bool_]:
-        """Whether all texels are alike, by channel."""
-        return np.atleast_1d(self._low == self._high)
+        """Whether all texels are alike, by channel; of no texels they are."""
+        return np.atleast_1d(self._low >= self._high)
 
     def are_at_an_end(self, facts: Facts) -> NDArray[np.bool_]:
         """Whether all of them are 0, or all are the largest number, by channel."""

@@ -65,7 +65,9 @@ def command(
         outcomes = hands.outcomes(compress_unless_finished, tasks, "Compressing characters")
         entries = [_entry(job, output, outcomes[job.name]) for job in jobs]
         warnings = [
-            registration_warning(one["character"], one["misregistered"]) for one in entries if one.get("misregistered")
+            registration_warning(one["character"], one.get("misregistered", {}), one.get("unknown", ()))
+            for one in entries
+            if one.get("misregistered") or one.get("unknown")
         ]
         entries += _earlier(output, tasks)
         document = {"format": FORMAT, "output": str(output), "characters": entries, **_counts(entries)}

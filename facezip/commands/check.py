@@ -8,7 +8,16 @@ from typing import Any
 
 import click
 
-from facezip.character.alignment import THRESHOLD, Alignment, Alignments, alignments, worst_of, worst_tile
+from facezip.character.alignment import (
+    THRESHOLD,
+    Alignment,
+    Alignments,
+    alignments,
+    misregistered,
+    undecided,
+    worst_of,
+    worst_tile,
+)
 from facezip.character.loading import load_character, save_character
 from facezip.character.registration import register
 from facezip.character.scans import Character
@@ -32,7 +41,8 @@ def command(character: Path, output: Path | None, corrected: Path | None, overwr
     """Measure how far every expression's texture of CHARACTER lies off the neutral's, in texels.
 
     One number an expression, where it is worst, and with -o a contact sheet of heat maps, DIR/alignment.png. The exit
-    code is 7 where an expression is off by more than a texel of a 512 x 512 texture, unless --register moves it back.
+    code is 7 where an expression is off by more than a texel of a 512 x 512 texture, a feature of it slipped or is
+    lost, or nothing can be told of it; unless --register moves it back.
 
     The albedo says how far, on every UDIM tile by itself; --register moves all maps by it.
     """
@@ -47,7 +57,8 @@ def command(character: Path, output: Path | None, corrected: Path | None, overwr
         _write(output, overwrite, document, scans, found)
         document["picture"] = str(output / SHEET)
     options.answer(document, as_json, lambda: _lines(document))
-    return ExitCode.DIFFERENCE if document["misregistered"] and corrected is None else ExitCode.DONE
+    left = document["register"]["left"] if corrected is not None else document["misregistered"]
+    return ExitCode.DIFFERENCE if left or document["unknown"] else ExitCode.DONE
 
 
 def _numbers(found: Alignments) -> dict[str, Any]:
@@ -63,7 +74,8 @@ def _numbers(found: Alignments) -> dict[str, Any]:
             }
             for name, tiles in found.items()
         },
-        "misregistered": [name for name, tiles in found.items() if not worst_of(tiles).registered],
+        "misregistered": list(misregistered(found)),
+        "unknown": undecided(found),
     }
 
 
@@ -74,6 +86,8 @@ def _number(alignment: Alignment) -> dict[str, Any]:
         "worst": round(texels, 3),
         "worst_uv": [round(u, 3), round(v, 3)],
         "known": round(alignment.known, 3),
+        "state": alignment.state,
+        "why": alignment.why,
         "threshold": _threshold(alignment),
     }
 
@@ -87,7 +101,8 @@ def _register(scans: Character, found: Alignments, folder: Path) -> dict[str, An
     save_character(moved_scans, folder)
     after = alignments(moved_scans, moved) if moved else {}
     rms = {name: round(worst_of(tiles).rms, 3) for name, tiles in after.items()}
-    return {"output": str(folder), "moved": list(moved), "rms": rms}
+    left = list(misregistered({name: after.get(name, tiles) for name, tiles in found.items()}))
+    return {"output": str(folder), "moved": list(moved), "rms": rms, "left": left}
 
 
 def _write(output: Path, overwrite: bool, document: Mapping[str, Any], scans: Character, found: Alignments) -> None:
@@ -99,21 +114,30 @@ def _write(output: Path, overwrite: bool, document: Mapping[str, Any], scans: Ch
 
 
 def _lines(document: Mapping[str, Any]) -> list[str]:
-    found, wrong = document["expressions"], document["misregistered"]
+    found, wrong, unknown = document["expressions"], document["misregistered"], document["unknown"]
     width, several = max(map(len, found)), len(document["character"]["tiles"]) > 1
     heading = "at u, v on tile" if several else "at u, v"
     lines = [f"{'texels off the neutral':{max(width + 2, 22)}}     rms   worst   {heading}"]
     for name, one in sorted(found.items(), key=lambda pair: -pair[1]["rms"] / pair[1]["threshold"]):
         after = document.get("register", {}).get("rms", {}).get(name)
         moved = "" if after is None else f"  registered: {after:.2f}"
-        mark = "  <-- misregistered" if name in wrong else ""
+        # Where the whole is off, features are too.
+        why = f": {one['why']}" if one["rms"] <= one["threshold"] else ""
+        mark = f"  <-- misregistered{why}" if name in wrong else ""
         place = ", ".join(f"{value:.2f}" for value in one["worst_uv"]) + (f" on {one['tile']}" if several else "")
-        numbers = (
-            f"{one['rms']:6.2f}  {one['worst']:6.2f}   {place}" if one["known"] else "too little in common to tell"
-        )
+        numbers = f"{one['rms']:6.2f}  {one['worst']:6.2f}   {place}"
+        numbers = "too little in common to tell" if name in unknown else numbers
         lines.append(f"  {name:{max(width, 20)}}  {numbers}{moved}{mark}")
-    limits = " or ".join(f"{limit:g}" for limit in sorted({found[name]["threshold"] for name in wrong}))
-    said = f"{len(wrong)} of {len(found)} off by more than {limits}" if wrong else "all registered"
-    lines.append(f"{document['character']['name']}: {said}, {document['seconds']:.1f} s")
-    lines += [f"  {document['register']['output']}: corrected"] if "register" in document else []
+    said = ", ".join(
+        f"{len(names)} of {len(found)} {what}"
+        for names, what in ((wrong, "misregistered"), (unknown, "cannot be told"))
+        if names
+    )
+    lines.append(f"{document['character']['name']}: {said or 'all registered'}, {document['seconds']:.1f} s")
+    lines += _register_lines(document["register"]) if "register" in document else []
     return [*lines, *([f"  open {document['picture']}"] if "picture" in document else [])]
+
+
+def _register_lines(register: Mapping[str, Any]) -> list[str]:
+    left = f"; still misregistered: {', '.join(register['left'])}" if register["left"] else ""
+    return [f"  {register['output']}: corrected{left}"]

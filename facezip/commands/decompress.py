@@ -11,6 +11,7 @@ from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.writing import whole_folder
 from facezip.machine.memory import beside, limited
 from facezip.machine.progress import track
+from facezip.names import one_form
 from facezip.pack.model import CompressedTextures
 from facezip.pack.read import read_pack
 
@@ -73,7 +74,7 @@ def _stems(model: CompressedTextures, name: str) -> dict[tuple[Map, int], str]:
 def _blends(model: CompressedTextures, names: tuple[str, ...], blend: str | None) -> dict[str, dict[str, float]]:
     if blend is not None:
         return {BLEND_FILE: parse_blend(blend)}
-    return {name: {name: 1.0} for name in names or model.expressions}
+    return {name: {name: 1.0} for name in map(one_form, names or model.expressions)}
 
 
 def parse_blend(text: str) -> dict[str, float]:

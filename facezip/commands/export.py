@@ -12,6 +12,7 @@ from facezip.character.loading import load_character
 from facezip.commands import options
 from facezip.commands.words import megabytes
 from facezip.export import TARGETS
+from facezip.export.regions import UDIM
 from facezip.export.source import APART, TOGETHER
 from facezip.machine.memory import beside, limited
 
@@ -20,6 +21,19 @@ MIPS = {
     "averaged": "the same, in blocks",
     "fitted": "in blocks and fitted, as written here",
 }
+
+
+def _named_files(context: click.Context, option: click.Parameter, values: tuple[str, ...]) -> dict[str, Path]:
+    """Each ``NAME=FILE``, at the first ``=``."""
+    found: dict[str, Path] = {}
+    for value in values:
+        name, _, file = value.partition("=")
+        if not (name and file):
+            raise click.BadParameter(f"'{value}' is no NAME=FILE")
+        if name in found:
+            raise click.BadParameter(f"two regions are called '{name}': give each a name of its own")
+        found[name] = Path(file)
+    return found
 
 
 @click.command("export")
@@ -42,6 +56,20 @@ MIPS = {
     help="Whether maps share textures as far as they fit, with the fewest fetches (default), or have their own, in "
     "blocks with smaller errors: normals BC5, single numbers BC4.",
 )
+@click.option(
+    "--animation",
+    type=options.FOLDER,
+    metavar="FRAMES.csv",
+    help="Weights by frame: names of expressions in the first row (usd).  [default: every expression in turn]",
+)
+@click.option(
+    "--region",
+    callback=_named_files,
+    multiple=True,
+    metavar="NAME=FILE",
+    help="A region of the face, white in an image over the texture, that can be turned down after export; give it once "
+    f"for each. Of several tiles, FILE has {UDIM} in the place of a tile's number.",
+)
 @options.memory
 @options.overwrite
 @options.as_json
@@ -52,6 +80,8 @@ def command(
     textures: str | None,
     character: Path | None,
     maps: str | None,
+    animation: Path | None,
+    region: dict[str, Path],
     memory: int | None,
     overwrite: bool,
     as_json: bool,
@@ -60,10 +90,10 @@ def command(
 
     DIR/facezip.json names every file and holds the numbers that turn texels into values; docs/engines.md explains it.
     Of several maps all are written, of several UDIM tiles each into a folder of its number.
-    For web it is the viewer as one HTML file that opens from disk.
+    For three there is a module, with an example page; for web it is the viewer as one HTML file that opens from disk.
     """
-    given: dict[str, Any] = {"textures": textures, "character": character, "maps": maps}
-    given = {name: value for name, value in given.items() if value is not None}
+    given: dict[str, Any] = {"textures": textures, "character": character, "maps": maps, "animation": animation}
+    given = {name: value for name, value in {**given, "region": region}.items() if value}
     for name in given.keys() - signature(TARGETS[target]).parameters.keys():
         raise click.UsageError(f"--{name} says nothing to --to {target}: leave it out")
     if memory and target == "web":

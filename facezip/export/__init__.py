@@ -3,10 +3,13 @@
 from collections.abc import Callable
 from typing import Any
 
+from facezip.export.blender import export_blender
 from facezip.export.gltf import export_gltf
 from facezip.export.godot import export_godot
+from facezip.export.three import export_three
 from facezip.export.unity import export_unity
 from facezip.export.unreal import export_unreal
+from facezip.export.usd import export_usd
 from facezip.export.web import export_web
 
 # Each is called with the pack and the output, and with those options as keywords that were given.
@@ -15,5 +18,8 @@ TARGETS: dict[str, Callable[..., dict[str, Any]]] = {
     "unity": export_unity,
     "unreal": export_unreal,
     "godot": export_godot,
+    "three": export_three,
+    "blender": export_blender,
+    "usd": export_usd,
     "web": export_web,
 }

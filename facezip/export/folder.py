@@ -1,19 +1,19 @@
 """A folder that holds an export: written whole or not at all, with one document that names everything in it."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.export.formats import Format
-from facezip.export.source import TOGETHER, Source, Tile, read_source
+from facezip.export.record import FILE_NAME, with_record
+from facezip.export.source import APART, TOGETHER, Source, Tile, read_source
 from facezip.export.textures import write_maps
 from facezip.files.writing import whole_folder
 from facezip.pack.footprint import SLOTS_PER_LAYER
 
-FILE_NAME = "facezip.json"
 FORMAT = "facezip-export/1"
 
 
@@ -28,6 +28,7 @@ class Target:
     write_tile : adds the material of a tile to a folder that holds its textures.
     write_head : adds what all tiles share to the folder of them all, which is that of the tile where there is one.
     upside_down : whether it keeps the last row of a texture first.
+    maps : how maps may lie in textures; the first where nothing is said.
     """
 
     name: str
@@ -35,13 +36,22 @@ class Target:
     write_tile: Callable[[Tile, Path], None]
     write_head: Callable[[Source, Path, Format], None]
     upside_down: bool = False
+    maps: tuple[str, ...] = (TOGETHER, APART)
 
     def __call__(
-        self, pack: Path, output: Path, *, textures: str = "png", maps: str = TOGETHER, overwrite: bool = False
+        self,
+        pack: Path,
+        output: Path,
+        *,
+        textures: str = "png",
+        maps: str | None = None,
+        region: Mapping[str, Path] | None = None,
+        overwrite: bool = False,
     ) -> dict[str, Any]:
         """Export a pack into the folder ``output``; of several tiles, each into a folder of its number in there.
 
-        ``textures`` is one of ``formats``, and ``maps`` as of :func:`facezip.export.source.read_source`.
+        ``textures`` is one of ``formats``; ``maps``, one of those of the target, and ``region`` are as of
+        :func:`facezip.export.source.read_source`.
 
         Returns
         -------
@@ -50,16 +60,16 @@ class Target:
         Raises
         ------
         FaceZipError
-            What :func:`facezip.read_pack` and :mod:`facezip.files.writing` raise; ``BAD_VALUE`` where the
-            engine takes no such textures.
+            What :func:`facezip.export.source.read_source` and :mod:`facezip.files.writing` raise; ``BAD_VALUE``
+            where the engine takes no such textures.
         """
         form = self._format(textures)
-        source = read_source(pack, maps, form.normals_alone)
+        source = read_source(pack, self._layout(maps), form.normals_alone, region)
         form.check(source)
         with whole_folder(output, overwrite, is_export) as folder:
             tiles = {str(tile.layout.number): self._tile(source, tile, folder, form) for tile in source.tiles}
             self.write_head(source, folder, form)
-            document = self._whole(source, tiles)
+            document = with_record(self._whole(source, tiles), folder)
             _write(document, folder)
             size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
         return {**document, "output": str(output), "bytes": size}
@@ -68,7 +78,7 @@ class Target:
         folder = source.folder_of(tile, place)
         folder.mkdir(exist_ok=True)
         document = {"format": FORMAT, "target": self.name, **describe(tile)}
-        document |= write_maps(tile, folder, form, self.upside_down)
+        document |= write_maps(tile, folder, form, self.upside_down) | tile.regions.write(folder)
         self.write_tile(tile, folder)
         _write(document, folder)
         return document
@@ -84,6 +94,11 @@ class Target:
             raise FaceZipError(ErrorCode.BAD_VALUE, f"--textures {textures}: {self.name} takes {known}")
         return self.formats[textures]
 
+    def _layout(self, maps: str | None) -> str:
+        if maps is not None and maps not in self.maps:
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"--maps {maps}: {self.name} takes {' or '.join(self.maps)}")
+        return maps or self.maps[0]
+
 
 def describe(tile: Tile) -> dict[str, Any]:
     """What an engine has to know of a tile, by names: morph target, and place among the weight maps, of each."""
@@ -95,6 +110,12 @@ def describe(tile: Tile) -> dict[str, Any]:
         "channels": first.channels,
         "layers": -(-len(tile.layout.weight_span) // SLOTS_PER_LAYER),
         "weight_size": list(tile.layout.weight_size),
+        "uniform_weights": [list(row) for row in tile.uniform_weights],
+        "gains": {
+            "maps": [kind.name for kind in tile.maps],
+            "expressions": list(tile.expressions),
+            "regions": list(tile.regions.names),
+        },
         "order": list(tile.expressions),
         "expressions": {
             name: {"morph_target": n, "weight_tile": [n % columns, n // columns]}

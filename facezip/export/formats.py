@@ -39,6 +39,7 @@ class Format:
     container : what makes a file of blocks; None for PNG.
     codecs : opens the codecs of blocks.
     normals_alone : whether its codecs keep normals better where these share with no map.
+    halves : whether images of 16 bits are two of 8, the upper bits and the lower, for programs that read no more.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Format:
     container: Container | None = None
     codecs: Callable[[], AbstractContextManager[Codecs]] = lambda: nullcontext({})
     normals_alone: bool = False
+    halves: bool = False
 
     def pieces(self, size: tuple[int, int], levels: Levels, codec: str, name: str) -> Pieces:
         """The content of the file of a texture of blocks."""
@@ -70,6 +72,7 @@ class Format:
 
 
 PNG = Format("png", ".png")
+HALVES = Format("png", ".png", halves=True)
 DDS = Format("bc7", ".dds", lambda size, levels, codec, name: dds(size, levels, BLOCKS[codec]), _by_channels, True)
 KTX2 = Format("bc7", ".ktx2", lambda size, levels, codec, name: ktx2(size, levels, BLOCKS[codec]), _by_channels, True)
 # glTF knows no BC7; its loaders transcode UASTC. The albedo's neutral is also shown on its own, as colour.

@@ -25,7 +25,9 @@ JOINT = "head_joint"
 BASIS_EXTENSION = "KHR_texture_basisu"
 
 
-def write_glb(source: Source, file: Path, basis: Path | None = None, jointed: bool = False) -> None:
+def write_glb(
+    source: Source, file: Path, basis: Path | None = None, jointed: bool = False, pictured: bool = True
+) -> None:
     """Write the geometry with its morph targets, and the neutral as its material, as one GLB.
 
     Parameters
@@ -34,16 +36,20 @@ def write_glb(source: Source, file: Path, basis: Path | None = None, jointed: bo
     file : to write.
     basis : the folder of an export whose albedo is KTX2, which then is the material's colour; else it is PNG.
     jointed : whether the head hangs on one joint, for programs that keep morph targets of skinned meshes alone.
+    pictured : whether the neutral comes along; else materials are names.
     """
     glb = start(source.name)
     primitives = add_mesh(glb, source.name, source.meshes, source.expressions, source.charts)
     if jointed:
         _add_joint(glb, primitives)
-    glb.document |= {"samplers": CLAMPED, "textures": [], "materials": []}
+    glb.document |= {"samplers": CLAMPED, "textures": []} if pictured else {}
+    glb.document["materials"] = []
     for tile in source.tiles:
         several = f"_{tile.layout.number}" if len(source.tiles) > 1 else ""
         albedo = source.folder_of(tile, basis) / "neutral.ktx2" if basis else None
-        glb.document["materials"].append(_material(glb, tile, f"neutral{several}", several, albedo))
+        name = f"neutral{several}"
+        material = _material(glb, tile, name, several, albedo) if pictured else {"name": name}
+        glb.document["materials"].append(material)
     if basis:
         glb.document |= {key: [BASIS_EXTENSION] for key in ("extensionsUsed", "extensionsRequired")}
     glb.finish().write(file)
@@ -68,12 +74,12 @@ def _material(glb: GlbBuilder, tile: Tile, name: str, several: str, albedo: Path
         index = glb.image(name, albedo.read_bytes(), "image/ktx2")
         color = _texture(glb, name, {"extensions": {BASIS_EXTENSION: {"source": index}}})
     else:
-        color = _image(glb, name, _stored(tile, "albedo"))
+        color = _image(glb, name, stored_neutral(tile, "albedo"))
     normal = roughness = None
     if "normal" in tile.known:
-        normal = _image(glb, f"normal{several}", _stored(tile, "normal"))
+        normal = _image(glb, f"normal{several}", stored_neutral(tile, "normal"))
     if "roughness" in tile.known:
-        grey = _stored(tile, "roughness")
+        grey = stored_neutral(tile, "roughness")
         # Green is roughness there, and blue metalness.
         green = by_rows(lambda rows: grey[rows] * np.array([1, 1, 0], grey.dtype), (*grey.shape[:2], 3), grey.dtype)
         roughness = _image(glb, f"roughness{several}", green)
@@ -81,7 +87,7 @@ def _material(glb: GlbBuilder, tile: Tile, name: str, several: str, albedo: Path
     return {**material, "extras": {"tile": tile.layout.number}} if several else material
 
 
-def _stored(tile: Tile, name: str) -> Texels:
+def stored_neutral(tile: Tile, name: str) -> Texels:
     """The neutral of a map as an image, what lies outside the chart replaced by what is nearest inside."""
     sheet, at = tile.sheet_of(name)
     kind = next(kind for kind in tile.maps if kind.name == name)

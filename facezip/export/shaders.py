@@ -46,6 +46,7 @@ def shader_words(tile: Tile, dialect: Dialect) -> dict[str, object]:
     words = Words(
         dialect=dialect,
         beta=dialect.beta or "beta",
+        region_gains=dialect.region_gains or "region_gains",
         float2=f"{dialect.vector}2",
         float3=f"{dialect.vector}3",
         float4=f"{dialect.vector}4",
@@ -70,6 +71,9 @@ def shader_words(tile: Tile, dialect: Dialect) -> dict[str, object]:
         textures=[texture for sheet in tile.sheets for texture in sheet.textures],
         maps=[_map(tile, kind, dialect) for kind in tile.maps],
         known=tile.known,
+        regions=len(tile.regions.names),
+        region_columns=tile.regions.columns,
+        region_rows=tile.regions.rows,
         camel=camel,
     )
     return {**vars(words)}
@@ -140,7 +144,15 @@ def _sheet(sheet: Sheet, dialect: Dialect) -> SheetWords:
         scales=[row * times for row in sheet.span_of_values],
         low=[low for low, _ in limits],
         high=[high for _, high in limits],
+        change_gain=_change_gain(sheet, dialect),
     )
+
+
+def _change_gain(sheet: Sheet, dialect: Dialect) -> str:
+    if len(sheet.maps) == 1:
+        return f"gain_{sheet.maps[0][0].name}"
+    gains = [f"gain_{kind.name}" for kind, at in sheet.maps for _ in range(at.start, at.stop)]
+    return f"{dialect.vector}{len(gains)}({', '.join(gains)})"
 
 
 def _map(tile: Tile, kind: Map, dialect: Dialect) -> MapWords:

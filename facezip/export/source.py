@@ -1,6 +1,6 @@
 """What every export starts from: a verified pack, by tiles, and which of its texels the surface shows."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from facezip.character.tiles import charts, shifted
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.export.fill import Fill
 from facezip.export.joining import CHANNELS, joined
+from facezip.export.regions import Regions, read_regions
 from facezip.export.sheets import Sheet
 from facezip.files.images import Texels
 from facezip.files.obj import Topology
@@ -43,6 +44,7 @@ class Tile:
         masks; none for uniform weights.
     maps : the kinds, albedo first.
     sheets : the textures that hold them; the albedo's first.
+    regions : of the face, which can be turned down.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Tile:
     weight_images: tuple[Path | Texels, ...]
     maps: tuple[Map, ...]
     sheets: tuple[Sheet, ...]
+    regions: Regions
 
     @property
     def known(self) -> list[str]:
@@ -101,7 +104,9 @@ class Source:
         return folder if len(self.tiles) == 1 else folder / str(tile.layout.number)
 
 
-def read_source(pack: Path, maps: str = TOGETHER, normals_alone: bool = False) -> Source:
+def read_source(
+    pack: Path, maps: str = TOGETHER, normals_alone: bool = False, regions: Mapping[str, Path] | None = None
+) -> Source:
     """Verify a pack and read it for export.
 
     Parameters
@@ -109,16 +114,18 @@ def read_source(pack: Path, maps: str = TOGETHER, normals_alone: bool = False) -
     pack : its folder.
     maps : ``"together"`` where maps share textures as far as they fit, ``"apart"`` where each has its own.
     normals_alone : whether normals share with no map as long as that takes no fetch more.
+    regions : images of regions of the face, by their names.
 
     Raises
     ------
     FaceZipError
-        What :func:`facezip.read_pack` raises; ``BAD_VALUE`` for textures that are neither grey nor colour, and for a
-        pack without albedo.
+        What :func:`facezip.read_pack` and :func:`facezip.export.regions.read_regions` raise; ``BAD_VALUE`` for textures
+        that are neither grey nor colour, and for a pack without albedo.
     """
     manifest = verify_pack(pack)
     _check(pack, manifest)
     memory.check(_row_bytes(manifest), _whole_bytes(manifest))
+    parts_of_faces = read_regions(pack, manifest, regions or {})
     stored = read_stored(pack, manifest)
     tiles = []
     for entry in manifest.tiles:
@@ -135,6 +142,7 @@ def read_source(pack: Path, maps: str = TOGETHER, normals_alone: bool = False) -
                 weight_images=images,
                 maps=stored.maps,
                 sheets=sheets,
+                regions=parts_of_faces[layout.number],
             )
         )
     return Source(pack, manifest.name, manifest.expressions, stored.meshes, tuple(tiles))

@@ -4,7 +4,10 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from facezip.blocks.codecs import Codec, raw
+from facezip.character.maps import MAX_SLOPE
 from facezip.export.containers import Pieces
 from facezip.export.formats import Format
 from facezip.export.joining import CHANNELS
@@ -13,12 +16,14 @@ from facezip.export.measured import codec_errors, measure_of, mip_errors
 from facezip.export.mips import Pyramid, targets
 from facezip.export.sheets import Sheet
 from facezip.export.source import Tile
-from facezip.files.images import write_texture
+from facezip.files.images import Texels, write_texture
 from facezip.machine import memory
 from facezip.pack.footprint import SLOTS_PER_LAYER
 from facezip.pack.quantise import ZERO
 
 Document = dict[str, Any]
+# What a file of the lower bits is called.
+LOW = "_low"
 # Bytes that are written at a time.
 PIECE = 2**22
 
@@ -50,6 +55,9 @@ def write_maps(tile: Tile, folder: Path, form: Format, upside_down: bool = False
                 measured, lost = _write_blocks(sheet, folder, form, codec, upside_down)
             suffix = form.suffix_of(codec.name if codec else form.name)
             textures |= _described(sheet, suffix)
+            if _is_halved(sheet.neutral, form):
+                neutral = sheet.textures[0]
+                textures[neutral]["low"] = f"{neutral}{LOW}{suffix}"
             maps |= {kind.name: _placed(sheet, kind.name) | measured[kind.name] for kind, _ in sheet.maps}
             loss |= lost
     first = maps[tile.maps[0].name]
@@ -65,10 +73,18 @@ def write_maps(tile: Tile, folder: Path, form: Format, upside_down: bool = False
 def _write_images(sheet: Sheet, folder: Path, form: Format) -> Document:
     """What is measured of each map."""
     for name, image in zip(sheet.textures, sheet.images(), strict=True):
+        if _is_halved(image, form):
+            # The lower byte lies first.
+            low, image = np.moveaxis(image.astype("<u2")[..., None].view(np.uint8), -1, 0)
+            write_texture(folder / f"{name}{LOW}{form.suffix}", low)
         write_texture(folder / f"{name}{form.suffix}", image)
     part, pyramid = sheet.dequantised(), Pyramid(sheet.fill)
     plain = list(averaged_levels(sheet, part, pyramid, raw(CHANNELS)))
     return {name: {"mips": rows} for name, rows in mip_errors(sheet, part, pyramid, plain).items()}
+
+
+def _is_halved(texels: Texels, form: Format) -> bool:
+    return form.halves and texels.dtype == np.uint16
 
 
 def _write_blocks(
@@ -111,6 +127,7 @@ def _placed(sheet: Sheet, name: str) -> Document:
         "neutral": neutral,
         "differences": differences,
         "channels": list(range(at.start, at.stop)),
+        **({"max_slope": MAX_SLOPE} if kind.is_normal else {}),
     }
 
 

@@ -11,7 +11,13 @@ from facezip.export.source import Source, Tile
 
 # Unity's own importer of DDS turns some formats over and others not: these files have an importer of theirs.
 BLOCKS = replace(DDS, suffix=".{codec}")
-DIALECT = replace(HLSL, beta="_FaceZipBeta", rows_from_below=True, encoded_if="UNITY_COLORSPACE_GAMMA")
+DIALECT = replace(
+    HLSL,
+    beta="_FaceZipBeta",
+    region_gains="_FaceZipRegionGains",
+    rows_from_below=True,
+    encoded_if="UNITY_COLORSPACE_GAMMA",
+)
 OF_TILE = {
     "FaceZip.hlsl": "unity/include.j2",
     "FaceZipWeights.shader": "unity/weights.j2",

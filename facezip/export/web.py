@@ -45,6 +45,12 @@ def export_web(
     return {"output": str(file), "bytes": len(content), "originals": character is not None}
 
 
+def page_at(path: Path) -> Path | None:
+    """The page of an export, given itself or by its folder; None where there is none."""
+    file = path / FILE_NAME if path.is_dir() else path
+    return file if file.suffix.lower() == ".html" and file.is_file() and _is_ours(file) else None
+
+
 def _check_target(file: Path, overwrite: bool) -> None:
     if not file.exists():
         return

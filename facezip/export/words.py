@@ -18,7 +18,7 @@ class Dialect:
     sampler : the type of a parameter that says how textures are sampled; empty where textures know.
     sample : an expression that samples a texture, with ``{texture}`` and ``{uv}``.
     load : an expression that reads a texel, with ``{texture}`` and ``{texel}``.
-    beta : what the weights β are called; global, or a parameter where empty.
+    beta, region_gains : what the weights β and the gains of regions are called; global, or parameters where empty.
     rows_from_below : whether the first row of a texture in memory is the lowest of the image.
     encoded_if : what is defined where a project takes colours as they are encoded; empty where none does.
     """
@@ -31,6 +31,7 @@ class Dialect:
     sample: str
     load: str
     beta: str = ""
+    region_gains: str = ""
     rows_from_below: bool = False
     encoded_if: str = ""
 
@@ -50,6 +51,7 @@ class SheetWords:
     slopes : which channels are a normal's, as a swizzle; None without.
     scales : of each slot's difference, per channel.
     low, high : the limits of the value, per channel.
+    change_gain : text of what its change is multiplied by: the gains of its maps.
     """
 
     function: str
@@ -63,6 +65,7 @@ class SheetWords:
     scales: list[Numbers]
     low: list[float]
     high: list[float]
+    change_gain: str
 
 
 @dataclass(frozen=True)
@@ -91,7 +94,7 @@ class Words:
     Attributes
     ----------
     dialect : the shading language.
-    beta : what the weights β are called there.
+    beta, region_gains : what the weights β and the gains of regions are called there.
     float2, float3, float4, int2 : types.
     load, sample : text that reads a texel, or samples, of a texture and a place.
     vector : text of a vector of numbers.
@@ -104,11 +107,13 @@ class Words:
     uniform : of each expression the weights of each layer, where those are uniform; else empty.
     sheets, textures, maps : what there is to sample, and what it gives.
     known : the maps that materials everywhere have a place for.
+    regions, region_columns, region_rows : how many regions there are, and how their masks lie.
     camel : ``difference_0`` to ``Difference0``.
     """
 
     dialect: Dialect
     beta: str
+    region_gains: str
     float2: str
     float3: str
     float4: str
@@ -133,4 +138,7 @@ class Words:
     textures: list[str]
     maps: list[MapWords]
     known: list[str]
+    regions: int
+    region_columns: int
+    region_rows: int
     camel: Callable[[str], str]

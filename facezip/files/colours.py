@@ -1,5 +1,7 @@
 """Colours of an image file as encoded sRGB values, of whatever colour space it states that its numbers are."""
 
+from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +22,12 @@ LARGEST = 1e6
 OUTSIDE, SHARE = 4 / 255, 0.01
 
 
-def colour_bands(path: Path, keeps_range: bool = False, ignores_space: bool = False) -> Bands:
+def colour_bands(
+    path: Path,
+    keeps_range: bool = False,
+    ignores_space: bool = False,
+    see_alpha: Callable[[NDArray[Any]], None] | None = None,
+) -> Bands:
     """The bands of an image of colours, converted to sRGB and encoded, without alpha.
 
     Integers stay of their type (32 bits become 16), and unchanged where they are of sRGB; floats become float32.
@@ -30,6 +37,7 @@ def colour_bands(path: Path, keeps_range: bool = False, ignores_space: bool = Fa
     path : the file.
     keeps_range : whether floats outside of [0, 1] are kept, instead of refused.
     ignores_space : whether its numbers are sRGB whatever it states, as those of images in glTF are.
+    see_alpha : called with the alpha ``(h, W, 1)`` of every band, where there is one.
 
     Raises
     ------
@@ -38,6 +46,8 @@ def colour_bands(path: Path, keeps_range: bool = False, ignores_space: bool = Fa
         ``BAD_TEXELS`` for NaN, infinite or huge values, values outside of [0, 1], or many colours outside of sRGB.
     """
     with decoding(path) as (facts, bands):
+        if see_alpha is not None and facts.alpha:
+            bands = _watched(bands, see_alpha)
         space = SRGB if ignores_space else facts.colour_space
         if facts.colour_channels == 2:
             raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: two channels; colours are grey or red, green and blue")
@@ -46,6 +56,13 @@ def colour_bands(path: Path, keeps_range: bool = False, ignores_space: bool = Fa
             return
         for top, height, band in bands:
             yield top, height, narrow(facts.without_alpha(band))
+
+
+def _watched(bands: Bands, see_alpha: Callable[[NDArray[Any]], None]) -> Bands:
+    with closing(bands):
+        for top, height, band in bands:
+            see_alpha(band[:, :, -1:])
+            yield top, height, band
 
 
 class _Conversion:

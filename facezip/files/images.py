@@ -113,14 +113,14 @@ def png(texels: Texels) -> bytes:
 
 
 def write_values(path: Path, values: NDArray[np.float32]) -> None:
-    """Write ``(H, W)`` floats that are no colour as a single-channel OpenEXR file, as they are.
+    """Write ``(H, W)`` or ``(H, W, C)`` floats that are no colour as an OpenEXR file, as they are.
 
     Raises
     ------
     FaceZipError
         ``CANNOT_WRITE``, naming the file and the reason.
     """
-    _encode_file(path, values[:, :, None], 0)
+    _encode_file(path, values.reshape(*values.shape[:2], -1), 0)
 
 
 def _encode_file(

@@ -16,15 +16,18 @@ from facezip.machine.rows import by_rows, map_rows
 ALIKE = 2 / 255
 
 
-def read_mask(path: Path) -> NDArray[np.float32]:
-    """A mask ``(H, W)`` in [0, 1]; as :func:`read_values`, which refuses more than 1 with ``BAD_TEXELS``."""
-    mask = read_values(path)
+def read_mask(path: Path) -> tuple[NDArray[np.float32], str]:
+    """A mask ``(H, W)`` in [0, 1], and the name of its channel where that is none of several that are alike.
+
+    Raises as :func:`read_values`, and ``BAD_TEXELS`` for more than 1.
+    """
+    mask, channel = _read(path)
     highest = max(map_rows(lambda top, bottom: float(mask[top:bottom].max()), len(mask)))
     if highest > 1:
         raise FaceZipError(
             ErrorCode.BAD_TEXELS, f"{path}: values up to {highest:.3g}; a mask lies within 0 and 1, rescale it"
         )
-    return mask
+    return mask, channel
 
 
 def read_values(path: Path) -> NDArray[np.float32]:
@@ -39,13 +42,18 @@ def read_values(path: Path) -> NDArray[np.float32]:
         What :func:`facezip.files.decoding.decode` raises; ``BAD_TEXELS`` for values that are negative or not finite,
         and where channels differ, so that one of them would have to be guessed.
     """
+    return _read(path)[0]
+
+
+def _read(path: Path) -> tuple[NDArray[np.float32], str]:
     with decoding(path) as (facts, bands):
         texels = filled(bands)
     if not all(map_rows(lambda top, bottom: _are_values(texels[top:bottom]), len(texels))):
         raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: negative or not finite values; paint or export them again")
     whole = np.float32(1 if facts.is_float else np.iinfo(texels.dtype).max)
-    channel = 0 if len(facts.channels) == 1 else _Channels(facts, texels, float(whole)).meant()
-    return by_rows(lambda rows: texels[rows, :, channel].astype(np.float32) / whole, texels.shape[:2], np.float32)
+    channel, is_only = (0, False) if len(facts.channels) == 1 else _Channels(facts, texels, float(whole)).meant()
+    values = by_rows(lambda rows: texels[rows, :, channel].astype(np.float32) / whole, texels.shape[:2], np.float32)
+    return values, facts.channels[channel] if is_only else ""
 
 
 def _are_values(texels: NDArray[Any]) -> bool:
@@ -59,18 +67,18 @@ class _Channels:
         self._facts, self._texels, self._alike = facts, texels, ALIKE * whole
         self._alpha = facts.colour_channels
 
-    def meant(self) -> int:
-        """The number of the channel; raises ``BAD_TEXELS`` where that is not certain."""
+    def meant(self) -> tuple[int, bool]:
+        """The number of the channel, and whether others are not like it; ``BAD_TEXELS`` where that is not certain."""
         colours = [*range(self._facts.colour_channels)]
         varying = [channel for channel in colours if self._spread(channel) > self._alike]
         if self._facts.alpha and self._spread(self._alpha) > self._alike:
             visible = [self._spread(channel, visible=True) for channel in varying]
             if max(visible, default=0) <= self._alike or self._are_equal(varying, self._alpha):
-                return self._alpha
+                return self._alpha, True
             raise self._unclear("its colours and its alpha")
         among = varying or colours
         if self._are_equal(among, among[0]):
-            return among[0]
+            return among[0], among != colours
         raise self._unclear(f"its channels {', '.join(self._facts.channels[channel] for channel in among)}")
 
     def _spread(self, channel: int, visible: bool = False) -> float:

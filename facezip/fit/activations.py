@@ -9,7 +9,7 @@ of K·R unknowns, whose matrix all expressions share; those of several tiles add
 coordinate descent (Wright, Coordinate Descent Algorithms, 2015), from what the alternation before found.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -55,6 +55,11 @@ class Bounds:
         high = np.where(allowed, np.inf, 0.0)
         return cls(np.zeros_like(high) if nonnegative else -high, high)
 
+    @property
+    def nonnegative(self) -> bool:
+        """Whether no activation may be negative."""
+        return bool((self.low == 0).all())
+
     def clipped(self, activations: NDArray[np.float64]) -> NDArray[np.float64]:
         """The nearest activations ``(N, K, R)`` within them."""
         return np.clip(activations, self.low, self.high)
@@ -77,7 +82,7 @@ def fit_activations(
     """The activations ``(N, K, R)`` of masks that all tiles share, the largest of each layer scaled to 1.
 
     The size of a layer is free, since its difference textures are fitted to it: scaled so, activations that are not
-    negative lie in 0..1.
+    negative lie in 0..1. Of those the largest under each mask is near 1, so that no texture is larger than it need be.
 
     Parameters
     ----------
@@ -86,11 +91,35 @@ def fit_activations(
     components : ``(N, R)`` uniform weights to start from.
     bounds : of the activations.
     """
-    activations = previous = _start(components, bounds)
+    count = alternations(max(maps[0].importance.size for maps in tiles.values()))
+    activations = _alternated(tiles, masks, _start(components, bounds), bounds, track(range(count), "Refining", count))
+    if bounds.nonnegative:
+        # Where one mask acts alone, its layers have a size of their own. At 1 each is a whole texture, I0 + D_i.
+        activations, more = _scaled(activations, axis=0), count // 2
+        within = Bounds(bounds.low, np.minimum(bounds.high, 1))
+        activations = _alternated(tiles, masks, activations, within, track(range(more), "Clamping", more))
+    return _scaled(activations, axis=(0, 1)).astype(np.float16)
+
+
+def _scaled(activations: NDArray[np.float64], axis: int | tuple[int, ...]) -> NDArray[np.float64]:
+    """With the largest along ``axis`` at 1."""
+    largest = np.abs(activations).max(axis=axis)
+    scaled: NDArray[np.float64] = activations / np.where(largest > 0, largest, 1)
+    return scaled
+
+
+def _alternated(
+    tiles: Mapping[int, Sequence[Samples]],
+    masks: Mapping[int, NDArray[np.uint8]],
+    start: NDArray[np.float64],
+    bounds: Bounds,
+    steps: Iterable[int],
+) -> NDArray[np.float64]:
+    """Activations ``(N, K, R)`` after some alternations from ``start``."""
+    activations = previous = start
     units: dict[int, float] = {}
     explained_before, age = -np.inf, 0
-    count = alternations(max(maps[0].importance.size for maps in tiles.values()))
-    for _ in track(range(count), "Refining", count):
+    for _ in steps:
         # Nesterov's momentum, as of the weight maps that are free (:func:`facezip.fit.refine.fit_weights`).
         ahead = bounds.clipped(activations + age / (age + 2) * (activations - previous))
         age += 1
@@ -100,8 +129,7 @@ def fit_activations(
         if explained < explained_before:
             previous, age = activations, 0
         explained_before = explained
-    largest = np.abs(activations).max(axis=(0, 1))
-    return (activations / np.where(largest > 0, largest, 1)).astype(np.float16)
+    return activations
 
 
 def solve_activations(
@@ -156,7 +184,7 @@ def _weights(masks: NDArray[np.uint8], activations: NDArray[np.float32]) -> NDAr
 
 def _start(components: NDArray[np.float32], bounds: Bounds) -> NDArray[np.float64]:
     """The same weights ``(N, R)`` under every mask, ``(N, K, R)``."""
-    weights = larger_sides(components) if (bounds.low == 0).all() else components
+    weights = larger_sides(components) if bounds.nonnegative else components
     return bounds.clipped(np.repeat(weights[:, None].astype(np.float64), len(bounds.low), axis=1))
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+from facezip.character.alignment import alignments, misregistered, undecided
 from facezip.character.loading import load_character
 from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
@@ -13,7 +14,7 @@ from facezip.files.reading import undisturbed
 from facezip.files.writing import check_target
 from facezip.fit.extension import beside_neutral_of, extended
 from facezip.fit.full import full_fit_errors
-from facezip.fit.pipeline import misregistered, registration_warning
+from facezip.fit.pipeline import registration_warning
 from facezip.names import folded
 from facezip.pack.errors import Errors, pack_errors
 from facezip.pack.extended import write_extended
@@ -65,9 +66,10 @@ def extend_into(
     scans = load_character(character, maps=maps)
     check_same_neutral(scans, stored, model, pack)
     kept, added = _names(pack, stored, scans)
-    off = misregistered(scans)
-    if off:
-        warn(registration_warning(character, off))
+    found = alignments(scans, added)
+    off, unknown = misregistered(found), undecided(found)
+    if off or unknown:
+        warn(registration_warning(character, off, unknown))
     scans = beside_neutral_of(stored, scans)
     new, weights = _only(scans, added), _map_weights(before)
     whole, cut = extended(stored, model, new, weights)
@@ -89,6 +91,7 @@ def extend_into(
         "cut": cut,
         "advised": [name for name in added if full and _much(errors, full, name)],
         "misregistered": off,
+        "unknown": unknown,
         "region": "mask" if scans.masked else "whole texture",
         "seconds": round(perf_counter() - start, 3),
     }

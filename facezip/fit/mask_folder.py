@@ -106,7 +106,8 @@ def _masks_of(path: Path, channels: dict[str, list[str]]) -> Iterator[tuple[tupl
 
 def _one_mask(path: Path) -> NDArray[np.float32]:
     try:
-        return read_mask(path)
+        mask, _ = read_mask(path)
+        return mask
     except FaceZipError as error:
         if error.code is not ErrorCode.BAD_TEXELS or "channel" not in str(error):
             raise

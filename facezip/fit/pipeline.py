@@ -1,12 +1,12 @@
 """The main job as one call: load, check, fit, write, and measure what was written."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from facezip.character.alignment import alignments, worst_of
+from facezip.character.alignment import alignments, misregistered, undecided
 from facezip.character.loading import load_character
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
@@ -93,9 +93,10 @@ def compress_into(
     check_target(output, overwrite, is_pack)
     given = None if request.given_masks is None else read_masks(request.given_masks)
     scans = load_character(character, keep_floats=request.keep_floats)
-    off = misregistered(scans)
-    if off:
-        warn(registration_warning(character, off))
+    found = alignments(scans)
+    off, unknown = misregistered(found), undecided(found)
+    if off or unknown:
+        warn(registration_warning(character, off, unknown))
     importance = None if request.importance is None else read_importance(request.importance, scans)
     choice = None
     stated = request.stated
@@ -110,7 +111,13 @@ def compress_into(
     document = write_measured(scans, model, output, overwrite, stated)
     if choice:
         document |= {"choice": {"reason": choice.reason, "tried": [asdict(trial) for trial in choice.tried]}}
-    return {**document, "pack": str(output), "misregistered": off, "seconds": round(perf_counter() - start, 3)}
+    return {
+        **document,
+        "pack": str(output),
+        "misregistered": off,
+        "unknown": unknown,
+        "seconds": round(perf_counter() - start, 3),
+    }
 
 
 def write_measured(
@@ -131,19 +138,20 @@ def write_measured(
     }
 
 
-def misregistered(scans: Character) -> dict[str, float]:
-    """The expressions that are off the neutral, and by how many texels of the albedo on the worst tile."""
-    worst = {name: worst_of(tiles) for name, tiles in alignments(scans, quick=True).items()}
-    return {name: round(alignment.rms, 2) for name, alignment in worst.items() if not alignment.registered}
-
-
-def registration_warning(character: str | Path, off: Mapping[str, float]) -> str:
-    """One line about expressions and how many texels they are off."""
-    worst = sorted(off, key=off.__getitem__, reverse=True)[:3]
-    some = ", ".join(f"{name} by {off[name]:.1f} texels" for name in worst) + (", ..." if len(off) > len(worst) else "")
-    verb = "is" if len(off) == 1 else "are"
-    remedy = f"textures will blur; see 'facezip check {character}'"
-    return printable(f"facezip: warning: {len(off)} of the expressions {verb} off the neutral ({some}); {remedy}")
+def registration_warning(character: str | Path, off: Mapping[str, float], unknown: Sequence[str] = ()) -> str:
+    """One line about expressions, how many texels they are off at the worst place, and those that cannot be told."""
+    parts = []
+    if off:
+        worst = sorted(off, key=off.__getitem__, reverse=True)[:3]
+        some = ", ".join(f"{name} by {off[name]:.1f} texels" if off[name] else name for name in worst)
+        more = ", ..." if len(off) > len(worst) else ""
+        parts.append(f"{len(off)} of the expressions {'is' if len(off) == 1 else 'are'} off the neutral ({some}{more})")
+    if unknown:
+        some = ", ".join(unknown[:3]) + (", ..." if len(unknown) > 3 else "")
+        have = "has" if len(unknown) == 1 else "have"
+        parts.append(f"{len(unknown)} {have} too little in common with the neutral to tell ({some})")
+    remedy = f"textures may blur; see 'facezip check {character}'"
+    return printable(f"facezip: warning: {'; '.join(parts)}; {remedy}")
 
 
 def read_importance(path: Path, scans: Character) -> Importance:

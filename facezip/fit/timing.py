@@ -16,7 +16,7 @@ from time import perf_counter
 from typing import Any, TypeVar
 
 from facezip.character.alignment import alignments
-from facezip.character.layout import MASK
+from facezip.character.filenames import MASK
 from facezip.character.loading import load_character
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import NEUTRAL
@@ -77,7 +77,7 @@ def compress_once(folder: Path, work: Path, memory: int | None = None) -> Run:
 
 def _compressed(folder: Path, pack: Path) -> Run:
     character, load_s = _timed(lambda: load_character(folder))
-    _, check_s = _timed(lambda: alignments(character, quick=True))
+    _, check_s = _timed(lambda: alignments(character))
     model, fit_s = _timed(lambda: compress(character))
     _, write_s = _timed(lambda: write_pack(model, pack))
     errors, measure_s = _timed(lambda: pack_errors(character, pack))

@@ -15,6 +15,7 @@ from facezip.character.gltf import vertex_normals
 from facezip.files.glb import INDICES, VERTICES, Glb, GlbBuilder, GlbFault
 from facezip.files.obj import MAX_COORDINATE, Topology
 from facezip.files.reading import MOST_EXPANSION, SPARE
+from facezip.names import one_form
 
 QUANTIZATION = "KHR_mesh_quantization"
 # Of the largest side of the neutral's bounding box, its height as a rule: how far off a point may be.
@@ -181,7 +182,8 @@ def _only_primitive(glb: Glb, expressions: tuple[str, ...]) -> tuple[dict[str, A
         or not np.finfo(np.float32).tiny <= step <= 1
     ):
         raise GlbFault("its scale is no power of two")
-    if mesh["extras"]["targetNames"] != list(expressions) or len(primitive["targets"]) != len(expressions):
+    names = [one_form(name) for name in mesh["extras"]["targetNames"]]
+    if names != [one_form(name) for name in expressions] or len(primitive["targets"]) != len(expressions):
         raise GlbFault("its morph targets are not the expressions of the pack")
     if any(target.keys() != {"POSITION"} for target in primitive["targets"]):
         raise GlbFault("its morph targets move more than positions")

@@ -12,6 +12,7 @@ from facezip.character.meshes import Meshes
 from facezip.character.scans import NEUTRAL, map_named, tile_among, unknown
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.machine.rows import by_rows
+from facezip.names import one_form
 from facezip.pack.footprint import Footprint, Texture
 from facezip.pack.masked import MaskedWeights
 from facezip.pack.sampling import Grid, bilinear_grid
@@ -60,6 +61,10 @@ class CompressedTextures:
     parts: Mapping[Key, Part]
     weights: Mapping[int, NDArray[np.float32]]
     meshes: Meshes | None = None
+
+    def __post_init__(self) -> None:
+        """Names are kept in one Unicode form, whoever makes a model."""
+        object.__setattr__(self, "expressions", tuple(map(one_form, self.expressions)))
 
     @property
     def tiles(self) -> tuple[int, ...]:
@@ -118,12 +123,12 @@ class CompressedTextures:
     def combined(self, weights: Mapping[str, float], tile: int) -> NDArray[np.float32]:
         """The weight map ``(h, w, R)`` of a blend on a tile, Σ_n β_n W_n; raises as :meth:`blend`."""
         betas = np.zeros(len(self.expressions), np.float32)
-        for name, weight in weights.items():
+        for name, weight in ((one_form(name), weight) for name, weight in weights.items()):
             if name not in self.expressions:
                 raise unknown("expression", name, self.expressions, "this pack")
             if not abs(weight) <= MAX_BLEND:
                 raise FaceZipError(ErrorCode.BAD_VALUE, f"weight {weight} of '{name}': must lie within ±{MAX_BLEND}")
-            betas[self.expressions.index(name)] = weight
+            betas[self.expressions.index(name)] += weight
         if self.masked:
             return self.masked.combined(betas, tile)
         maps = self.weights[tile]

@@ -11,6 +11,7 @@ from typing import Any
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.reading import reading
+from facezip.names import one_form
 from facezip.pack import version_1, version_2
 from facezip.pack.checks import first_out_of_range
 from facezip.pack.manifest import (
@@ -55,7 +56,9 @@ def read_manifest(folder: Path) -> Manifest:
     wrong = first_out_of_range(manifest)
     if wrong:
         raise bad_pack(folder, f"'{wrong}' in {FILE_NAME} is out of range")
-    return manifest if manifest.name else replace(manifest, name=folder.resolve().stem)
+    # Packs of earlier versions may hold names as a file system wrote them.
+    expressions = tuple(map(one_form, manifest.expressions))
+    return replace(manifest, expressions=expressions, name=manifest.name or folder.resolve().stem)
 
 
 def begins_like_a_manifest(path: Path) -> bool:

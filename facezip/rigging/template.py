@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.character.custom import meshes_in
 from facezip.character.scans import NEUTRAL
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.obj import Topology, read_obj
@@ -40,15 +41,16 @@ def load_template(path: str | Path, topology: Topology) -> Template:
     folder = Path(path)
     if not folder.is_dir():
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no such folder; give the template's folder of meshes")
-    names = tuple(sorted(file.stem for file in folder.glob("*.obj") if file.stem != NEUTRAL))
+    meshes, _, _ = meshes_in(folder)
+    names = tuple(sorted(name for name in meshes if name != NEUTRAL))
     if not names:
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no shapes in it; a template has one NAME.obj per shape")
-    neutral = _vertices(folder / f"{NEUTRAL}.obj", topology)
+    neutral = _vertices(meshes.get(NEUTRAL, folder / f"{NEUTRAL}.obj"), topology)
     deltas = np.empty((len(names), *neutral.shape), np.float32)
     for m, name in enumerate(track(names, "Reading the template", len(names))):
-        vertices = _vertices(folder / f"{name}.obj", topology)
+        vertices = _vertices(meshes[name], topology)
         if vertices.shape != neutral.shape:
-            raise _other_topology(folder / f"{name}.obj", f"{len(vertices)} vertices, its neutral has {len(neutral)}")
+            raise _other_topology(meshes[name], f"{len(vertices)} vertices, its neutral has {len(neutral)}")
         deltas[m] = vertices - neutral
     return Template(names, neutral, deltas)
 

@@ -22,6 +22,8 @@ BUNDLE = HERE / "bundle"
 def build(bundle: Path = BUNDLE, check: bool = False) -> None:
     """Write ``viewer.js``, ``viewer.css`` and the licences of what is bundled into the folder ``bundle``.
 
+    Its folder ``three`` is what ``facezip export --to three`` copies: the head as a module, its types, and three.js.
+
     Parameters
     ----------
     bundle : replaced as a whole, and only when everything was built.

@@ -3,6 +3,7 @@
 import base64
 import hashlib
 import json
+from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -24,6 +25,14 @@ def bundle_file(name: str) -> bytes:
     if not path.is_file():
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: the viewer is not built; run '{COMMAND}' (needs Node.js)")
     return path.read_bytes()
+
+
+def bundle_folder(name: str) -> Path:
+    """A folder of the bundle; as :func:`bundle_file`."""
+    path = BUNDLE / name
+    if not path.is_dir():
+        raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: the viewer is not built; run '{COMMAND}' (needs Node.js)")
+    return path
 
 
 def served_policy() -> str:

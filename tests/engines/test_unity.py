@@ -11,6 +11,7 @@ from facezip.export import TARGETS
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_model
 from tests.facezip.export.conftest import layered_model
+from tests.facezip.export.gains import regions_in
 
 UNITY = Path(__file__).parent / "unity"
 NAMES = ('smile "wide"', "clin d'œil", "blink")
@@ -18,6 +19,7 @@ MODELS = {
     "manifest": replace(random_model(slots=5, meshes=True), expressions=NAMES),
     "uniform": replace(random_model(weights=(1, 1), meshes=True), expressions=NAMES),
     "tiles": layered_model(tiles=(1001, 1002)),
+    "regional": replace(random_model(meshes=True), expressions=NAMES),
 }
 
 
@@ -29,7 +31,8 @@ def scenes(tmp_path_factory):
     folder = tmp_path_factory.mktemp("unity")
     for name, model in MODELS.items():
         write_pack(model, folder / f"{name}.facezip")
-        TARGETS["unity"](folder / f"{name}.facezip", folder / name)
+        region = {"region": regions_in(folder)} if name == "regional" else {}
+        TARGETS["unity"](folder / f"{name}.facezip", folder / name, **region)
     # The mesh has them in an order of its own, and not all.
     (folder / "shapes").write_text(f"{NAMES[1]}\n{NAMES[0]}\n", encoding="utf-8")
     sources = [*sorted(UNITY.glob("*.cs")), folder / "manifest" / "FaceZipHead.cs"]
@@ -46,9 +49,10 @@ def call(*command):
 
 
 def test_weights_are_those_of_the_shapes_by_their_names(scenes):
-    drawn, shown, alive, warned = scenes["all at once"]
+    drawn, shown, gains, alive, warned = scenes["all at once"]
     assert drawn == "weights_0 5x3 0 0.5 0.25 0;weights_1 5x3 1 0.5 0.25 0"
     assert shown == "_FaceZipWeights0 _FaceZipWeights1"
+    assert gains == "_FaceZipGain_albedo 1"
     assert alive == "2"
     assert warned == "FaceZip: head lacks the blend shapes blink"
 
@@ -59,14 +63,32 @@ def test_fields_may_be_filled_in_one_after_another(scenes, last):
 
 
 def test_what_is_changed_later_has_effect_and_leaves_nothing_behind(scenes):
-    drawn, shown, alive, _ = scenes["another manifest"]
+    drawn, shown, _, alive, _ = scenes["another manifest"]
     assert (drawn, alive) == ("black 1x1 0 0.5 0.25 0", "1")
     assert shown == "_FaceZipWeights0"
-    drawn, _, alive, warned = scenes["another mesh"]
+    drawn, _, _, alive, warned = scenes["another mesh"]
     assert (drawn, alive) == ("weights_0 5x3 0 25 0 0;weights_1 5x3 1 25 0 0", "2")
     assert warned.startswith("FaceZip: ears lacks the blend shapes ")
     assert scenes["another shader"] == scenes["all at once"]
-    drawn, _, alive, warned = scenes["the manifest of all tiles"]
+    drawn, _, _, alive, warned = scenes["the manifest of all tiles"]
     assert (drawn, alive) == ("", "0")
     assert "take the facezip.json of a tile's folder" in warned
-    assert scenes["disabled"] == ["", "", "0", ""]
+    assert scenes["disabled"] == ["", "", "_FaceZipGain_albedo 1", "0", ""]
+
+
+def test_gains_turn_maps_expressions_and_regions(scenes):
+    """The shapes are at 0.25 and 0.5; the second expression has the first of them."""
+    drawn, _, gains, _, _ = scenes["gains"]
+    assert drawn == "weights_0 5x3 0 0.5 0.125 0;weights_1 5x3 1 0.5 0.125 0"
+    assert gains == "_FaceZipGain_albedo 0.5"
+    drawn, _, gains, _, _ = scenes["gains of regions"]
+    assert drawn == "weights_0 5x3 0 0.5 0.5 0 2 1 1 regions"
+    assert gains == "_FaceZipGain_albedo 2"
+
+
+def test_a_gain_of_nothing_is_warned_of(scenes):
+    assert "has nothing called chin" in scenes["a gain of nothing"][-1]
+
+
+def test_regions_wait_for_their_image(scenes):
+    assert scenes["regions without their image"][0] == ""

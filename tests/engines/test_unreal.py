@@ -9,6 +9,7 @@ from facezip.export import TARGETS
 from facezip.pack.write import write_pack
 from tests.engines.unreal_editor import Editor
 from tests.facezip.export.conftest import KINDS, layered_model
+from tests.facezip.export.gains import REGIONS, regions_in
 
 PLUGINS = {None, "PythonScriptPlugin", "Interchange", "InterchangeEditor"}
 
@@ -25,7 +26,7 @@ def stubs():
 def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("unreal")
     write_pack(layered_model(kinds=KINDS, tiles=(1001, 1002), slots=5), path / "me.facezip")
-    TARGETS["unreal"](path / "me.facezip", path / "face")
+    TARGETS["unreal"](path / "me.facezip", path / "face", region=regions_in(path, (1001, 1002)))
     return path / "face"
 
 
@@ -56,8 +57,9 @@ def test_every_name_argument_and_property_exists(stubs, folder):
     editor = run(stubs, folder)
     assert calls(editor, "save_directory") == [["/Game/FaceZip/face"]]
     assert calls(editor, "log_warning") == []
-    # Of each tile three sheets of six textures and two weight maps; materials for two targets and the head.
-    assert len(calls(editor, "save_loaded_asset")) == 2 * (3 * 6 + 2)
+    # Of each tile three sheets of six textures, two weight maps and an image of regions; materials for two targets and
+    # the head.
+    assert len(calls(editor, "save_loaded_asset")) == 2 * (3 * 6 + 2 + 1)
     assert len(calls(editor, "recompile_material")) == 2 * 3
 
 
@@ -81,6 +83,18 @@ def test_nodes_are_connected_by_the_names_of_their_inputs(stubs, folder):
         inputs = [socket.values["input_name"] for socket in node.values["inputs"]]
         assert inputs == [name for _, _, other, name in joints if other is node]
         assert all(name in node.values["code"] for name in inputs)
+
+
+def test_gains_are_parameters_by_their_names_that_change_nothing_at_first(stubs, folder):
+    made = calls(run(stubs, folder), "connect_material_expressions")
+    scalars = {}
+    for source, _, _, _ in made:
+        if type(source).__name__ == "MaterialExpressionScalarParameter":
+            scalars[source.values["parameter_name"]] = source.values["default_value"]
+    expressions = [f"expr_{n}" for n in range(3)]
+    gains = [f"gains.maps.{kind.name}" for kind in KINDS] + [f"gains.expressions.{name}" for name in expressions]
+    gains += [f"gains.regions.{name}" for name in REGIONS]
+    assert scalars == dict.fromkeys(expressions, 0.0) | dict.fromkeys(gains, 1.0)
 
 
 def test_a_head_without_morph_targets_is_warned_of(stubs, folder):

@@ -5,7 +5,7 @@ What is measured lies with what it measures: ``facezip.bench``, ``render.bench``
 
 import click
 
-from facezip.commands.bench import alarms, batch, compress, maps, metrics, render, rig, scaling
+from facezip.commands.bench import alarms, batch, compress, maps, metrics, render, rig, scaling, shader
 
 
 @click.group("bench")
@@ -13,5 +13,5 @@ def command() -> None:
     """Measure the main jobs on this machine: each in one run beside what it is compared with."""
 
 
-for verb in (compress, scaling, render, metrics, rig, maps, batch, alarms):
+for verb in (compress, scaling, render, metrics, rig, maps, batch, alarms, shader):
     command.add_command(verb.command)

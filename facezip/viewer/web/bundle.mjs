@@ -1,6 +1,7 @@
-// One script and one style sheet, minified, and the licences of everything that went in.
+// The viewer as one script and one style sheet, minified, with the licences of everything that went in; and what
+// `facezip export --to three` copies: the head as a module beside three.js, and of three.js what its page needs.
 import { build } from "esbuild";
-import { readFile, writeFile } from "node:fs/promises";
+import { copyFile, readFile, writeFile } from "node:fs/promises";
 
 const { metafile } = await build({
   entryPoints: ["src/viewer.ts", "src/viewer.css"],
@@ -25,3 +26,24 @@ const notices = await Promise.all([...packages].sort().map(async (name) => {
   return `${name} ${about.version}\n\n${licence.trim()}\n`;
 }));
 await writeFile("bundle/LICENCES.txt", `This page contains:\n\n${notices.join("\n")}`);
+
+// What the module imports of three.js stays apart, so that there is one three.js in a page.
+const addons = ["controls/OrbitControls", "loaders/GLTFLoader", "postprocessing/Pass"];
+const shared = { bundle: true, format: "esm", target: "es2022", legalComments: "none" };
+await build({
+  ...shared,
+  entryPoints: ["src/three/facezip.ts"],
+  outdir: "bundle/three",
+  external: ["three", "three/*"],
+  banner: { js: "// FaceZip for three.js, made of the source of its viewer. MIT licence, as FaceZip." },
+});
+await build({
+  ...shared,
+  entryPoints: { "three.module": "three", ...Object.fromEntries(addons.map((name) => [`addons/${name}`, `three/addons/${name}.js`])) },
+  outdir: "bundle/three/three",
+  minify: true,
+  splitting: true,
+  chunkNames: "three.[hash]",
+});
+await copyFile("three/facezip.d.ts", "bundle/three/facezip.d.ts");
+await copyFile("node_modules/three/LICENSE", "bundle/three/three/LICENSE");

@@ -76,6 +76,9 @@ func _head(case: Dictionary) -> Node3D:
 	var face := _face_of(head)
 	face.set_script(load(case["folder"].path_join("facezip_head.gd")))
 	face.folder = case["folder"]
+	for kind: String in case["gains"]:
+		for named: String in case["gains"][kind]:
+			face.gains[kind][named] = case["gains"][kind][named]
 	return head
 
 

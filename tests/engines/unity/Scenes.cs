@@ -7,7 +7,8 @@ using UnityEngine;
 
 static class Scenes
 {
-    static TextAsset manifest, uniform, tiles;
+    static TextAsset manifest, uniform, tiles, regional;
+    static readonly Texture2D masks = new Texture2D { name = "regions" };
     static Shader shader;
     static Texture2D[] weights;
     static Mesh mesh;
@@ -18,9 +19,10 @@ static class Scenes
         manifest = new TextAsset { name = "manifest", text = File.ReadAllText(files[0]) };
         uniform = new TextAsset { name = "uniform", text = File.ReadAllText(files[1]) };
         tiles = new TextAsset { name = "tiles", text = File.ReadAllText(files[2]) };
+        regional = new TextAsset { name = "regional", text = File.ReadAllText(files[3]) };
         shader = new Shader();
         weights = new[] { new Texture2D { name = "weights_0" }, new Texture2D { name = "weights_1" } };
-        mesh = new Mesh { name = "head", full = 100, shapes = File.ReadAllLines(files[3]) };
+        mesh = new Mesh { name = "head", full = 100, shapes = File.ReadAllLines(files[4]) };
         Action<FaceZipHead>[] fields =
         {
             head => head.manifest = manifest,
@@ -44,7 +46,19 @@ static class Scenes
         Changed("another mesh", head => head.beside.sharedMesh = new Mesh { name = "ears", full = 1, shapes = new[] { mesh.shapes[1] } });
         Changed("another shader", head => head.weightsShader = new Shader());
         Changed("the manifest of all tiles", head => head.manifest = tiles);
+        Changed("gains", head => Turn(head, 0.5f));
+        Changed("gains of regions", head => { head.manifest = regional; head.regions = masks; Turn(head, 2); });
+        Changed("a gain of nothing", head => { head.gains.regions["chin"] = 0; head.weightsShader = new Shader(); });
+        Changed("regions without their image", head => head.manifest = regional);
         Changed("disabled", head => Call(head, "OnDisable"));
+    }
+
+    static void Turn(FaceZipHead head, float gain)
+    {
+        head.gains.maps["albedo"] = gain;
+        head.gains.expressions[mesh.shapes[0]] = 4;
+        head.gains.expressions[mesh.shapes[0]] = gain;
+        head.gains.regions["forehead"] = gain;
     }
 
     static FaceZipHead Empty()
@@ -80,7 +94,8 @@ static class Scenes
         if (scene != "disabled") { Frame(head); Graphics.Drawn.Clear(); Frame(head); }
         int alive = RenderTexture.Made.Count(texture => !texture.destroyed);
         string shown = string.Join(" ", head.beside.block.Textures.Where(entry => !entry.Value.destroyed).Select(entry => entry.Key));
-        string[] parts = { scene, string.Join(";", Graphics.Drawn), shown, alive.ToString(), string.Join(";", Debug.Warnings) };
+        string gains = string.Join(" ", head.beside.block.Floats.Select(entry => entry.Key + " " + entry.Value));
+        string[] parts = { scene, string.Join(";", Graphics.Drawn), shown, gains, alive.ToString(), string.Join(";", Debug.Warnings) };
         Console.WriteLine(string.Join("|", parts));
         RenderTexture.Made.Clear();
         Graphics.Drawn.Clear();

@@ -58,15 +58,21 @@ namespace UnityEngine
     public sealed class MaterialPropertyBlock
     {
         public readonly Dictionary<string, Texture> Textures = new Dictionary<string, Texture>();
+        public readonly SortedDictionary<string, float> Floats = new SortedDictionary<string, float>(StringComparer.Ordinal);
         public void SetTexture(string property, Texture texture) { Textures[property] = texture; }
+        public void SetFloat(string property, float value) { Floats[property] = value; }
     }
 
     public sealed class Material : Object
     {
         public Shader shader;
-        public float[] values;
+        public readonly SortedDictionary<string, string> values = new SortedDictionary<string, string>(StringComparer.Ordinal);
         public Material(Shader shader) { this.shader = shader; }
-        public void SetFloatArray(string property, float[] values) { this.values = (float[])values.Clone(); }
+        public void SetFloatArray(string property, float[] given)
+        {
+            values[property] = string.Join(" ", Array.ConvertAll(given, value => value.ToString("R")));
+        }
+        public void SetTexture(string property, Texture texture) { values[property] = texture.name; }
     }
 
     public class Component : Object
@@ -94,8 +100,7 @@ namespace UnityEngine
         public static readonly List<string> Drawn = new List<string>();
         public static void Blit(Texture source, RenderTexture target, Material material, int pass)
         {
-            string values = string.Join(" ", Array.ConvertAll(material.values, value => value.ToString("R")));
-            Drawn.Add(source.name + " " + target.width + "x" + target.height + " " + pass + " " + values);
+            Drawn.Add(source.name + " " + target.width + "x" + target.height + " " + pass + " " + string.Join(" ", material.values.Values));
         }
     }
 

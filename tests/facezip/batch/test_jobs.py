@@ -31,6 +31,13 @@ def test_a_folder_of_characters_is_the_same_as_naming_each(library):
     assert names(library) == names(library / "anna", library / "bert", library / "cleo.glb")
 
 
+@pytest.mark.parametrize("mesh", ["Neutral.OBJ", "base.obj", "000_neutral.obj"])
+def test_a_character_is_one_however_its_neutral_is_called(library, mesh):
+    (library / "anna" / "neutral.obj").rename(library / "anna" / mesh)
+    (library / "notes" / "._neutral.obj").touch()
+    assert names(library) == ["anna", "bert", "cleo"]
+
+
 def test_what_is_no_character_is_left_to_fail_alone(library):
     assert names(library / "anna", library / "notes", library / "nobody") == ["anna", "notes", "nobody"]
 

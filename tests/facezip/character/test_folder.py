@@ -87,7 +87,7 @@ def test_a_texture_without_a_mesh_is_named(folder):
     [
         ("rougness", "roughness"),
         ("1001x", "1001"),
-        ("Normal", "normal"),
+        ("Normals", "normal"),
         ("cavty.1002", "cavity.1002"),
         ("1001.normal", "normal.1001"),
         ("final", None),
@@ -109,7 +109,7 @@ def test_two_files_for_one_texture_are_refused(folder):
 
 
 def test_a_texture_of_another_size_is_refused(folder):
-    write_texture(folder / "expr_2.roughness.png", np.zeros((8, 64, 1), np.uint8))
+    write_texture(folder / "expr_2.roughness.png", np.arange(512, dtype=np.uint16).reshape(8, 64, 1))
     assert "64x8" in refused(folder, ErrorCode.SIZE_MISMATCH)
 
 

@@ -49,7 +49,7 @@ def spoil_neutral(folder):
 
 
 def spoil_size(folder):
-    write_texture(folder / "expr_1.png", np.zeros((16, 16, 3), np.uint8))
+    write_texture(folder / "expr_1.png", np.arange(768).reshape(16, 16, 3).astype(np.uint8))
 
 
 def spoil_depth(folder):

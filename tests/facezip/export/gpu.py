@@ -60,9 +60,9 @@ class Gpu:
         texture.repeat_x = texture.repeat_y = False
         return texture
 
-    def draw(self, fragment, size, textures, floats=()):
+    def draw(self, fragment, size, textures, floats=(), corners=CORNERS):
         """``(*size, 4)`` float32 that a fragment shader writes, first row first; ``floats`` fill its one array."""
-        program = self._context.program(vertex_shader=CORNERS, fragment_shader=fragment)
+        program = self._context.program(vertex_shader=corners, fragment_shader=fragment)
         target = self._context.texture(size[::-1], 4, dtype="f4")
         frame = self._context.framebuffer([target])
         frame.use()

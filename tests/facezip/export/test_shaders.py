@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_model
 from tests.facezip.export.conftest import KINDS, grey, layered_model
+from tests.facezip.export.gains import masks_in, regions_in, turned
 from tests.facezip.export.gpu import Gpu, compile_glsl, hlsl_to_glsl
 
 MODELS = {
@@ -44,28 +46,49 @@ class Exported:
     def __init__(self, model, target, folder, tile=1001):
         write_pack(model, folder / "me.facezip")
         self.folder, self.model = folder / target, read_pack(folder / "me.facezip")
-        TARGETS[target](folder / "me.facezip", self.folder)
+        uniform = self.model.weights[tile].shape[1:3] == (1, 1)
+        self.regions = {} if uniform else regions_in(folder, self.model.tiles)
+        TARGETS[target](folder / "me.facezip", self.folder, region=self.regions)
         if len(self.model.tiles) > 1:
             self.folder /= str(tile)
         self.tile = tile
         self.facts = json.loads((self.folder / "facezip.json").read_text())
-        self.beta = np.random.default_rng(1).uniform(0, 1, len(self.model.expressions)).astype(np.float32)
+        rng = np.random.default_rng(1)
+        self.beta = rng.uniform(0, 1, len(self.model.expressions)).astype(np.float32)
         self.blend = dict(zip(self.model.expressions, map(float, self.beta), strict=True))
+        gains = {kind.name: gain for kind, gain in zip(self.model.maps, rng.uniform(0, 2, 5), strict=False)}
+        self.gains = {"maps": gains, "regions": dict(zip(self.regions, rng.uniform(0, 2, 3), strict=False))}
         self.size = self.model.parts["albedo", tile].neutral.shape[:2]
         _, *weight_size, self.slots = self.model.weights[tile].shape
         self.weight_size = tuple(weight_size)
         self.layers = -(-self.slots // 4)
         self.maps = [name for name in self.facts["textures"] if not name.startswith("weights")]
         self.outs = {kind: f"out_{kind.name}" for kind in self.model.maps}
+        masks = {self.tile: masks_in(self.folder)} if self.regions else {}
+        of_tile = replace(self.model, weights={tile: self.model.weights[tile]})
+        self.seen = turned(of_tile, self.gains, masks)
 
     def text(self, file):
         return (self.folder / file).read_text(encoding="utf-8")
 
     def textures(self, gpu, upside_down=False):
         turn = -1 if upside_down else 1
-        entries = self.facts["textures"].items()
-        read = {name: read_texture_exactly(self.folder / entry["file"]) for name, entry in entries}
+        entries = {**self.facts["textures"], **({"regions": self.facts["regions"]} if self.regions else {})}
+        read = {name: read_texture_exactly(self.folder / entry["file"]) for name, entry in entries.items()}
         return {name: gpu.texture(texels[::turn]) for name, texels in read.items()}
+
+    @property
+    def gains_of_regions(self):
+        """Text of their list."""
+        return ", ".join(map(number, self.gains["regions"].values()))
+
+    def with_gains(self, text, maps, regions):
+        """Text whose gains are constants: of maps ``float PREFIXname``, and ``float regions[K]``."""
+        for name, gain in self.gains["maps"].items():
+            constant = f"static const float {maps}{name} = {number(gain)};"
+            text = re.sub(rf"(uniform )?float {maps}{name}( = 1.0)?;", constant, text)
+        values = f"static const float {regions}[{len(self.regions)}] = {{ {self.gains_of_regions} }};"
+        return re.sub(rf"(uniform )?float {regions}\[\d+\];", values, text)
 
     def type_of(self, kind):
         return "float" if kind.encoding == "data" else "vec3"
@@ -86,7 +109,7 @@ class Exported:
             self.matches(part, kind, upside_down, encoded)
 
     def matches(self, drawn, kind, upside_down=False, encoded=False):
-        expected = self.model.blend(self.blend, kind.name, self.tile)
+        expected = self.seen.blend(self.blend, kind.name, self.tile)
         if kind.encoding == "srgb" and not encoded:
             expected = decode_srgb(expected)
         expected = np.broadcast_to(expected, (*self.size, 3))
@@ -104,19 +127,23 @@ def test_glsl_gives_the_blend_of_every_map(model, gpu, tmp_path):
     core, textures, count = exported.text("facezip.glsl"), exported.textures(gpu), len(exported.beta)
     uniform = exported.weight_size == (1, 1)
     atlases = {f"atlas_{layer}": textures.get(f"weights_{layer}") for layer in range(exported.layers)}
+    atlases["regions"] = textures.get("regions")
     weights = {}
     for layer in range(exported.layers):
-        atlas = "" if uniform else f"atlas_{layer}, "
+        atlas = "" if uniform else f"atlas_{layer}, regions, "
+        gains = "" if uniform else f", float[]({exported.gains_of_regions})"
         source = f"""#version 450
 uniform sampler2D atlas_{layer};
+uniform sampler2D regions;
 uniform float values[{count}];
 layout(location = 0) out vec4 result;
 {core}
-void main() {{ result = facezip_weights_{layer}({atlas}ivec2(gl_FragCoord.xy), values); }}"""
+void main() {{ result = facezip_weights_{layer}({atlas}ivec2(gl_FragCoord.xy), values{gains}); }}"""
         weights[f"weights_{layer}"] = gpu.texture(gpu.draw(source, exported.weight_size, atlases, exported.beta))
     names = [f"map_{name}" for name in exported.maps]
     sampled = [f"texture(map_{name}, uv)" for name in weights]
     bound = {f"map_{name}": texture for name, texture in (textures | weights).items()}
+    gains_of_maps = [*map(number, exported.gains["maps"].values())]
 
     def draw(size, result):
         source = f"""#version 450
@@ -126,14 +153,15 @@ layout(location = 0) out vec4 result;
 void main() {{
     vec2 uv = {place("vec2", "gl_FragCoord", exported.size)};
     {"".join(f"{exported.type_of(kind)} {out};" for kind, out in exported.outs.items())}
-    facezip_surface({", ".join([*names, *sampled, "uv", *exported.outs.values()])});
+    facezip_surface({", ".join([*names, *sampled, "uv", *gains_of_maps, *exported.outs.values()])});
     result = {result};
 }}"""
         return gpu.draw(source, size, bound)
 
     values = [f"vec3({out})" for out in exported.outs.values()]
     exported.all_match(draw(exported.wide, exported.shown("vec", "gl_FragCoord.x", values)))
-    arguments = ", ".join([f"map_{name}" for name in read_sheet(exported, "albedo")] + [*sampled, "uv"])
+    albedo = [f"map_{name}" for name in read_sheet(exported, "albedo")]
+    arguments = ", ".join([*albedo, *sampled, "uv", gains_of_maps[0]])
     for function, encoded in (("facezip_encoded", True), ("facezip_color", False)):
         drawn = draw(exported.size, f"vec4({function}({arguments}), 1.0)")
         exported.matches(drawn, model.maps[0], encoded=encoded)
@@ -165,28 +193,30 @@ def test_godot_gives_the_blend_of_every_map(model, gpu, tmp_path):
 def godot(exported, gpu):
     textures = exported.textures(gpu)
     atlases = {f"atlas_{layer}": textures.get(f"weights_{layer}") for layer in range(exported.layers)}
+    atlases["region_masks"] = textures.get("regions")
     targets = {}
     for target in range(-(-exported.slots // 3)):
-        source = as_glsl(exported.text("weights.gdshader"), exported.weight_size, "COLOR")
+        source = as_glsl(exported, "weights.gdshader", exported.weight_size, "COLOR")
         source = source.replace("uniform int target = 0;", f"const int target = {target};")
         drawn = gpu.draw(source, exported.weight_size, atlases, exported.beta)
         assert (drawn[..., 3] == 1).all()
         targets[f"map_weights_{target}"] = gpu.texture(drawn)
     maps = {f"map_{name}": textures[name] for name in exported.maps}
     shown = {"normal": "NORMAL", "roughness": "vec3(ROUGHNESS)", "specular": "vec3(SPECULAR)"}
-    # What the head does not show is one of its variables all the same.
-    text = exported.text("head.gdshader")
-    if "cavity" in exported.facts["maps"]:
-        text = text.replace("    ALBEDO =", "    CAVITY = out_cavity;\n    ALBEDO =")
     values = [{"albedo": "ALBEDO", "cavity": "vec3(CAVITY)", **shown}[kind.name] for kind in exported.model.maps]
     shown = exported.shown("vec", "gl_FragCoord.x", values)
     for compatibility in (False, True):
-        drawn = gpu.draw(as_glsl(text, exported.size, shown, compatibility), exported.wide, maps | targets)
+        source = as_glsl(exported, "head.gdshader", exported.size, shown, compatibility)
+        drawn = gpu.draw(source, exported.wide, maps | targets)
         exported.all_match(drawn, encoded=compatibility)
 
 
-def as_glsl(text, size, result, compatibility=False):
+def as_glsl(exported, file, size, result, compatibility=False):
     """Godot's language is GLSL with a few words more; the head is a flat sheet."""
+    text = exported.with_gains(exported.text(file), "map_gain_", "region_gains").replace("static const", "const")
+    # What the head does not show is one of its variables all the same.
+    if "cavity" in exported.facts["maps"]:
+        text = text.replace("    ALBEDO =", "    CAVITY = out_cavity;\n    ALBEDO =")
     text = re.sub(r"^(shader_type|render_mode).*$", "", text, flags=re.MULTILINE)
     text = re.sub(r"(uniform sampler2D \w+) : [\w, ]+;", r"\1;", text)
     text = re.sub(r"(uniform \w+ \w+) : hint_range\([^)]*\)", r"\1", text)
@@ -229,12 +259,15 @@ def test_unity_gives_the_blend_from_rows_that_lie_upside_down(model, gpu, tmp_pa
     exported = Exported(model, "unity", tmp_path)
     textures = exported.textures(gpu, upside_down=True)
     bound = {f"_FaceZip{camel(name)}": texture for name, texture in textures.items()}
+    regions = {"_FaceZipRegions": textures.get("regions")}
     for layer, program in enumerate(unity_programs(exported, "FaceZipWeights.shader")):
         functions, call = re.search(r"(.*)float4 frag.*(return .*?;)", program, re.DOTALL).groups()
         text = functions.replace('#include "UnityCG.cginc"', "")
         body = f"int2 texel = int2(position.xy); {call}"
+        text = exported.with_gains(text, "_FaceZipGain_", "_FaceZipRegionGains")
         source = hlsl_to_glsl(text + UNITY_STUB.format(body=body), tmp_path)
-        drawn = gpu.draw(source, exported.weight_size, {"_MainTex": textures.get(f"weights_{layer}")}, exported.beta)
+        atlas = {"_MainTex": textures.get(f"weights_{layer}")}
+        drawn = gpu.draw(source, exported.weight_size, atlas | regions, exported.beta)
         bound[f"_FaceZipWeights{layer}"] = gpu.texture(drawn)
     for keyword in ("", "#define UNITY_COLORSPACE_GAMMA\n"):
         source = hlsl_to_glsl(keyword + unity_graph(exported), tmp_path)
@@ -250,10 +283,13 @@ def unity_graph(exported):
     outs = exported.outs.values()
     variables = "".join(f"{hlsl_type(exported, kind)} {out};" for kind, out in exported.outs.items())
     textures = [f"built({name}, sampler{name}, {name}_TexelSize)" for name in properties]
-    arguments = ", ".join([place("float2", "position", exported.size), *textures, *outs])
+    gains = [f"_FaceZipGain_{kind.name}" for kind in exported.model.maps]
+    arguments = ", ".join([place("float2", "position", exported.size), *textures, *gains, *outs])
     shown = exported.shown("float", "position.x", [f"(float3){out}" for out in outs])
     body = f"{variables} FaceZip_float({arguments}); return {shown};"
-    return declared + exported.text("FaceZip.hlsl") + UNITY_STUB.format(body=body)
+    declared += "".join(f"float {name};\n" for name in gains)
+    text = declared + exported.text("FaceZip.hlsl") + UNITY_STUB.format(body=body)
+    return exported.with_gains(text, "_FaceZipGain_", "_FaceZipRegionGains")
 
 
 def test_unity_s_guide_names_the_inputs_of_the_node_in_their_order(model, tmp_path):
@@ -262,6 +298,8 @@ def test_unity_s_guide_names_the_inputs_of_the_node_in_their_order(model, tmp_pa
     inputs = re.findall(r"UnityTexture2D (\w+)", signature)
     named = exported.text("GUIDE.md").split("as Texture 2D: ")[1].split(".\n")[0]
     assert re.findall(r"`(\w+)`", named) == inputs
+    gains = exported.text("GUIDE.md").split("as Float: ")[1].split(".\n")[0]
+    assert re.findall(r"`(Gain\w+)`", gains) == re.findall(r" float (Gain\w+)", signature)
     outputs = exported.text("GUIDE.md").split("Outputs: ")[1].split(".\n")[0]
     assert re.findall(r"`(\w+)`", outputs) == re.findall(r"out \w+ (\w+)", signature)
 
@@ -274,11 +312,13 @@ def test_unreal_gives_the_blend_of_every_map(model, gpu, tmp_path):
     exported = Exported(model, "unreal", tmp_path)
     textures = {camel(name): texture for name, texture in exported.textures(gpu).items()}
     declared = "#define Texture2DSample(t, s, uv) t.Sample(s, uv)\n"
-    betas = "".join(f"#define B{n} values[{n}]\n" for n in range(len(exported.beta)))
+    betas = "".join(f"#define B{n} (2.0 * values[{n}])\n#define G{n} 0.5\n" for n in range(len(exported.beta)))
+    betas += "".join(f"#define R{k} {number(gain)}\n" for k, gain in enumerate(exported.gains["regions"].values()))
+    betas += "".join(f"#define Gain{camel(name)} {number(gain)}\n" for name, gain in exported.gains["maps"].items())
     declared += f"float values[{len(exported.beta)}];\n{betas}"
     targets = {}
     for number_ in range(-(-exported.slots // 3)):
-        names = [f"Weights{layer}" for layer in range(exported.layers)]
+        names = ["Regions", *(f"Weights{layer}" for layer in range(exported.layers))]
         source = node(declared, exported.text(f"weights_{number_}_node.hlsl"), names, exported.weight_size)
         drawn = gpu.draw(hlsl_to_glsl(source, tmp_path), exported.weight_size, textures, exported.beta)
         assert (drawn[..., :3] >= 0).all()

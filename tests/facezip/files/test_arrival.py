@@ -51,6 +51,12 @@ def test_a_png_without_some_of_its_bytes_has_not(tmp_path_factory, where, length
     assert not has_arrived(path, rows(TEXELS))
 
 
+def test_a_fourth_number_is_no_alpha(tmp_path):
+    values = np.random.default_rng(2).normal(size=(24, 40, 4)).astype(np.float32)
+    write_values(tmp_path / "four.exr", values)
+    assert has_arrived(tmp_path / "four.exr", rows(values))
+
+
 def test_floats_that_are_none_arrive_too(tmp_path):
     values = np.full((4, 4), np.nan, np.float32)
     write_values(tmp_path / "nan.exr", values)

@@ -47,7 +47,7 @@ MEANT = {"all white": ONE, "nothing": NONE}
 def test_the_channel_that_is_meant_is_found(tmp_path, name, bits):
     texels = CERTAIN[name].astype(np.uint16) * 257 if bits == 16 else CERTAIN[name]
     (tmp_path / "mask.png").write_bytes(stored.png(texels))
-    np.testing.assert_allclose(read_mask(tmp_path / "mask.png"), MEANT.get(name, MASK) / 255, atol=1e-6)
+    np.testing.assert_allclose(read_mask(tmp_path / "mask.png")[0], MEANT.get(name, MASK) / 255, atol=1e-6)
 
 
 UNCERTAIN = {
@@ -74,7 +74,7 @@ def test_a_lossy_compression_hides_no_channel(tmp_path_factory, seed, quality, o
     texels = stack(smooth, smooth, smooth) if opaque else stack(*[np.full_like(smooth, 255)] * 3, smooth)
     path = tmp_path_factory.mktemp("lossy") / ("mask.jpg" if opaque else "mask.webp")
     Image.fromarray(texels).save(path, quality=quality)
-    assert np.abs(read_mask(path) - smooth / 255).max() < 16 / 255
+    assert np.abs(read_mask(path)[0] - smooth / 255).max() < 16 / 255
 
 
 STATEMENTS = {
@@ -87,19 +87,19 @@ STATEMENTS = {
 @pytest.mark.parametrize("name", STATEMENTS)
 def test_numbers_of_a_mask_are_of_no_colour_space(tmp_path, name):
     (tmp_path / "mask.png").write_bytes(stored.png(stack(MASK, MASK, MASK), STATEMENTS[name]))
-    np.testing.assert_array_equal(read_mask(tmp_path / "mask.png"), MASK.astype(np.float32) / np.float32(255))
+    np.testing.assert_array_equal(read_mask(tmp_path / "mask.png")[0], MASK.astype(np.float32) / np.float32(255))
 
 
 def test_floats_of_a_mask_are_as_they_are_stored(tmp_path):
     values = RNG.random((9, 8, 1)).astype(np.float32)
     (tmp_path / "mask.exr").write_bytes(stored.exr({"Y": (values[..., 0], 1)}, (9, 8)))
-    np.testing.assert_array_equal(read_mask(tmp_path / "mask.exr"), values[..., 0])
+    np.testing.assert_array_equal(read_mask(tmp_path / "mask.exr")[0], values[..., 0])
 
 
 def test_a_brush_of_openexr_is_its_alpha(tmp_path):
     alpha = MASK.astype(np.float32) / 255
     (tmp_path / "mask.exr").write_bytes(stored.exr(dict.fromkeys("RGBA", (alpha, 1)), MASK.shape))
-    np.testing.assert_allclose(read_mask(tmp_path / "mask.exr"), alpha, atol=1e-6)
+    np.testing.assert_allclose(read_mask(tmp_path / "mask.exr")[0], alpha, atol=1e-6)
 
 
 @pytest.mark.parametrize(("value", "says"), [(np.nan, "not finite"), (-1, "negative"), (3, "values up to 3")])
@@ -115,4 +115,4 @@ def test_what_is_no_mask_is_refused(tmp_path, value, says):
 
 def test_what_is_written_as_a_mask_is_read_again(tmp_path):
     write_texture(tmp_path / "mask.png", MASK[..., None])
-    np.testing.assert_array_equal(read_mask(tmp_path / "mask.png"), MASK.astype(np.float32) / np.float32(255))
+    np.testing.assert_array_equal(read_mask(tmp_path / "mask.png")[0], MASK.astype(np.float32) / np.float32(255))

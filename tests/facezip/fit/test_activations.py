@@ -169,6 +169,12 @@ def test_nonnegative_activations_lie_in_0_to_1_and_cost_little(seed):
     )
 
 
+def test_under_most_masks_some_expression_shows_a_clamped_layer_almost_wholly():
+    """So that neutral and layer are a picture of their own, as engines have them."""
+    model = masks_fit(random_character(side=64, expressions=9), nonnegative=True)
+    assert np.median(model.masked.activations.max(axis=0)) > 0.8
+
+
 def test_a_mask_acts_in_its_layers_alone(character):
     layers = {"spot_0": (1,), "spot_3": (0, 2)}
     activations = masks_fit(character, replace(spots(), layers=layers)).masked.activations

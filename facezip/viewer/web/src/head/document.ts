@@ -39,6 +39,8 @@ export interface HeadDocument {
   max_slope: number;
   /** Whether every weight map is one texel of floats. */
   uniform: boolean;
+  /** Names of regions of the face that can be turned down; every tile has a mask of each. */
+  regions?: string[];
   mesh: object | null;
 }
 

@@ -29,10 +29,11 @@ vec4 fetch(sampler2DArray map, vec2 at, float layer) {
 /** `NAME_neutral(at)` and `NAME_blend(at)`, of three numbers each; `NAME` is one of ours, not of a pack. */
 export function mapSource(name: string, head: HeadDocument, map: MapEntry, texture: TextureEntry): string {
   const terms = numbers(head.slots).map((i) =>
-    `  sum += weights[${i >> 2}][${i & 3}] * ${name}_span[${i}] * (${numbersOf(map, fetched(name, i + 1))} - ${float(head.difference_zero)});`);
+    `  change += weights[${i >> 2}][${i & 3}] * ${name}_span[${i}] * (${numbersOf(map, fetched(name, i + 1))} - ${float(head.difference_zero)});`);
   return `
 uniform sampler2DArray ${name}_map;
 uniform vec3 ${name}_span[${head.slots}];
+uniform float ${name}_gain;
 vec3 ${name}_neutral(vec2 at) {
   vec3 stored = ${numbersOf(map, fetched(name, 0))};
 ${texture.neutral_bits === 16 ? `  stored = (256.0 * stored + ${numbersOf(map, fetched(name, head.slots + 1))}) / 257.0;` : ""}
@@ -40,9 +41,9 @@ ${texture.neutral_bits === 16 ? `  stored = (256.0 * stored + ${numbersOf(map, f
 }
 vec3 ${name}_clipped(vec3 sum) { return clamp(sum, ${limits(head, map)}); }
 vec3 ${name}_blend(vec2 at) {
-  vec3 sum = ${name}_neutral(at);
+  vec3 change = vec3(0.0);
 ${terms.join("\n")}
-  return ${name}_clipped(sum);
+  return ${name}_clipped(${name}_neutral(at) + ${name}_gain * change);
 }`;
 }
 
@@ -57,8 +58,10 @@ vec3 linearOf(vec3 encoded) {
   return mix(encoded / 12.92, pow((max(encoded, 0.0) + 0.055) / 1.055, vec3(2.4)), step(0.04045, encoded));
 }`;
 
-export function mapUniforms(name: string, texture: TextureEntry, texels: THREE.Texture): Record<string, THREE.IUniform> {
+/** `NAME_gain` is what the map's change from its neutral is multiplied by. */
+export function mapUniforms(name: string, texture: TextureEntry, texels: THREE.Texture | null): Record<string, THREE.IUniform> {
   return {
+    [`${name}_gain`]: { value: 1 },
     [`${name}_map`]: { value: texels },
     [`${name}_span`]: { value: texture.difference_span.map((span) => new THREE.Vector3(...span)) },
   };

@@ -5,7 +5,7 @@ import type { Assets, HeadDocument } from "./document";
 import { Face } from "./face";
 import { mapSource, mapUniforms, weightSource } from "./glsl";
 import { type Prepass, prepassOf } from "./prepass";
-import { readTexture, scaleFor } from "./textures";
+import { readImages, scaleFor, textureOf } from "./textures";
 
 export class Head {
   private constructor(
@@ -19,7 +19,7 @@ export class Head {
   static async open(renderer: THREE.WebGLRenderer, document: HeadDocument, assets: Assets): Promise<Head> {
     const { mesh, tiles } = document;
     const scale = scaleFor(renderer, document);
-    const [face, ...made] = await Promise.all([mesh ? readFace(assets, tiles.length) : null, ...tiles.map((_, t) => Tile.open(renderer, document, assets, t, scale))]);
+    const [face, ...made] = await Promise.all([mesh ? readFace(assets, tiles.length) : null, ...tiles.map(async (_, t) => new Tile(renderer, document, t, await readTile(document, assets, t, scale)))]);
     if (renderer.getContext().getError() === renderer.getContext().OUT_OF_MEMORY) throw new Error("its textures do not fit into this GPU's memory");
     const head = new Head(document, face, made, scale);
     head.blend(new Float32Array(document.expressions.length));
@@ -33,30 +33,50 @@ export class Head {
   }
 }
 
+/** What a tile is made of, before a GPU has it. */
+export interface TileContent {
+  weights: ArrayBuffer;
+  /** Masks of the regions, one after the other. */
+  regions: ArrayBuffer | null;
+  /** Of each map. */
+  images: ImageBitmap[][];
+}
+
+export async function readTile(document: HeadDocument, assets: Assets, t: number, scale: number): Promise<TileContent> {
+  const [weights, regions, ...images] = await Promise.all([
+    assets.array(`tile_${t}.weights`), document.regions?.length ? assets.array(`tile_${t}.regions`) : null,
+    ...document.maps.map((_, m) => readImages(document, assets, t, m, scale)),
+  ]);
+  return { weights, regions, images };
+}
+
 export class Tile {
-  private constructor(readonly document: HeadDocument, readonly number: number, readonly prepass: Prepass, readonly textures: THREE.DataArrayTexture[]) {}
+  readonly prepass: Prepass;
+  readonly textures: THREE.DataArrayTexture[];
 
-  static async open(renderer: THREE.WebGLRenderer, document: HeadDocument, assets: Assets, t: number, scale: number): Promise<Tile> {
-    const prepass = prepassOf(renderer, document, document.tiles[t], await assets.array(`tile_${t}.weights`));
-    const textures = await Promise.all(document.maps.map((_, m) => readTexture(renderer, document, assets, t, m, scale)));
-    return new Tile(document, t, prepass, textures);
-  }
-
-  get entry() {
-    return this.document.tiles[this.number];
+  constructor(renderer: THREE.WebGLRenderer, readonly document: HeadDocument, readonly number: number, content: TileContent) {
+    this.prepass = prepassOf(renderer, document, document.tiles[number], content.weights, content.regions);
+    this.textures = content.images.map((images, m) => textureOf(renderer, document.maps[m], images));
   }
 
   /** GLSL and uniforms of some maps under names of ours: `NAME_neutral(at)` and `NAME_blend(at)`, after `readWeights(at)`. */
   shader(maps: Record<string, number>): { source: string; uniforms: Record<string, THREE.IUniform> } {
-    const { document, entry } = this;
-    const source = [weightSource(document)];
-    const uniforms: Record<string, THREE.IUniform> = { weightMaps: { value: this.prepass.combined }, mipmaps: { value: true }, place: { value: new THREE.Vector2(...entry.place) } };
-    for (const [name, m] of Object.entries(maps)) {
-      source.push(mapSource(name, document, document.maps[m], entry.textures[m]));
-      Object.assign(uniforms, mapUniforms(name, entry.textures[m], this.textures[m]));
-    }
-    return { source: source.join("\n"), uniforms };
+    return shaderOf(this.document, this.number, maps, this);
   }
+}
+
+/** The same of a tile that is not on a GPU yet: uniforms of textures are null. */
+export function shaderOf(document: HeadDocument, t: number, maps: Record<string, number>, tile: Tile | null = null): { source: string; uniforms: Record<string, THREE.IUniform> } {
+  const entry = document.tiles[t];
+  const source = [weightSource(document)];
+  const uniforms: Record<string, THREE.IUniform> = {
+    weightMaps: { value: tile && tile.prepass.combined }, mipmaps: { value: true }, place: { value: new THREE.Vector2(...entry.place) },
+  };
+  for (const [name, m] of Object.entries(maps)) {
+    source.push(mapSource(name, document, document.maps[m], entry.textures[m]));
+    Object.assign(uniforms, mapUniforms(name, entry.textures[m], tile && tile.textures[m]));
+  }
+  return { source: source.join("\n"), uniforms };
 }
 
 async function readFace(assets: Assets, tiles: number): Promise<Face> {

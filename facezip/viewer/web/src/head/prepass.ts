@@ -4,6 +4,16 @@ import * as THREE from "three";
 import { type HeadDocument, layersOf, type TileEntry } from "./document";
 import { drawInto, quad } from "./quad";
 
+/** What regions of the face leave of the weights at a texel: everything where all gains are 1. */
+const regionSource = (count: number) => (count ? `
+uniform sampler2DArray masks;
+uniform float gains[${count}];
+float leftAt(ivec2 texel) {
+  float left = 1.0;
+  for (int k = 0; k < ${count}; k++) left *= 1.0 + texelFetch(masks, ivec3(texel, k), 0).r * (gains[k] - 1.0);
+  return left;
+}` : "float leftAt(ivec2 texel) { return 1.0; }");
+
 const FRAGMENT = `
 uniform sampler2DArray maps;
 uniform sampler2D blend;
@@ -21,23 +31,26 @@ void main() {
     sum += beta * texelFetch(maps, ivec3(texel.x, place % stacked * height + texel.y, place / stacked), 0);
     total += beta;
   }
-  combined = span * sum + offset * total;
+  combined = (span * sum + offset * total) * leftAt(texel);
 }`;
 
 export interface Prepass {
   /** Combined weights, to be sampled bilinearly with clamped borders. */
   readonly combined: THREE.DataArrayTexture;
-  render(weights: Float32Array): void;
+  /** `gains` are those of the regions, all 1 where none are given. */
+  render(weights: Float32Array, gains?: Float32Array): void;
+  dispose(): void;
 }
 
 /** On the GPU if it draws floating-point numbers, else here, with the same result. */
-export function prepassOf(renderer: THREE.WebGLRenderer, head: HeadDocument, tile: TileEntry, stored: ArrayBuffer): Prepass {
+export function prepassOf(renderer: THREE.WebGLRenderer, head: HeadDocument, tile: TileEntry, stored: ArrayBuffer, regions: ArrayBuffer | null = null): Prepass {
   const maps = head.uniform ? new Float32Array(stored) : new Uint8Array(stored);
+  const masks = regions ? new Uint8Array(regions) : new Uint8Array();
   const type = floatType(renderer);
   const limit = renderer.capabilities.maxTextureSize;
   const [rows, columns] = tile.weight_size;
   if (Math.max(rows, columns) > limit) throw new Error(`this GPU takes textures of up to ${limit} texels, a weight map has ${columns} × ${rows}`);
-  return type ? new GpuPrepass(renderer, head, tile, maps, type) : new CpuPrepass(head, tile, maps);
+  return type ? new GpuPrepass(renderer, head, tile, maps, masks, type) : new CpuPrepass(head, tile, maps, masks);
 }
 
 /** The widest floats that can be drawn into and filtered; null for none. */
@@ -51,24 +64,34 @@ class GpuPrepass implements Prepass {
   private readonly blend: THREE.DataTexture;
   private readonly target: THREE.WebGLArrayRenderTarget;
   private readonly quads;
+  private readonly gains: THREE.IUniform<Float32Array>;
+  private readonly stored: THREE.Texture[];
 
-  constructor(private readonly renderer: THREE.WebGLRenderer, head: HeadDocument, tile: TileEntry, maps: Float32Array | Uint8Array, type: THREE.TextureDataType) {
+  constructor(private readonly renderer: THREE.WebGLRenderer, head: HeadDocument, tile: TileEntry, maps: Float32Array | Uint8Array, masks: Uint8Array<ArrayBuffer>, type: THREE.TextureDataType) {
     const [[rows, columns], layers, count] = [tile.weight_size, layersOf(head.slots), head.expressions.length];
     const { texture, stacked } = inStacks(renderer, maps, rows, columns, layers * count);
     this.blend = new THREE.DataTexture(new Float32Array(count), count, 1, THREE.RedFormat, THREE.FloatType);
     this.target = new THREE.WebGLArrayRenderTarget(columns, rows, layers, { type, depthBuffer: false, minFilter: THREE.LinearFilter, magFilter: THREE.LinearFilter });
     this.combined = this.target.texture as THREE.DataArrayTexture;
-    this.quads = Array.from({ length: layers }, (_, layer) => quad(FRAGMENT, {
-      maps: { value: texture }, blend: { value: this.blend }, first: { value: layer * count }, count: { value: count },
+    const regions = head.regions?.length ?? 0;
+    this.gains = { value: new Float32Array(regions).fill(1) };
+    this.stored = [texture, masksOf(masks, rows, columns, regions)];
+    this.quads = Array.from({ length: layers }, (_, layer) => quad(regionSource(regions) + FRAGMENT, {
+      maps: { value: texture }, masks: { value: this.stored[1] }, gains: this.gains, blend: { value: this.blend }, first: { value: layer * count }, count: { value: count },
       stacked: { value: stacked }, height: { value: rows },
       span: { value: fourOf(tile.weight_span, layer) }, offset: { value: fourOf(tile.weight_offset, layer) },
     }));
   }
 
-  render(weights: Float32Array): void {
+  render(weights: Float32Array, gains?: Float32Array): void {
+    if (gains) this.gains.value.set(gains);
     (this.blend.image.data as Float32Array).set(weights);
     this.blend.needsUpdate = true;
     this.quads.forEach((one, layer) => drawInto(this.renderer, this.target, layer, () => one.render(this.renderer)));
+  }
+
+  dispose(): void {
+    for (const made of [this.target, this.blend, ...this.stored, ...this.quads.map(({ material }) => material)]) made.dispose();
   }
 }
 
@@ -77,7 +100,7 @@ class CpuPrepass implements Prepass {
   private readonly sums: Float32Array;
   private readonly halves: Uint16Array<ArrayBuffer>;
 
-  constructor(private readonly head: HeadDocument, private readonly tile: TileEntry, private readonly maps: Float32Array | Uint8Array) {
+  constructor(private readonly head: HeadDocument, private readonly tile: TileEntry, private readonly maps: Float32Array | Uint8Array, private readonly masks: Uint8Array) {
     const [rows, columns] = tile.weight_size;
     this.halves = new Uint16Array(4 * rows * columns * layersOf(head.slots));
     this.sums = new Float32Array(this.halves.length);
@@ -86,7 +109,7 @@ class CpuPrepass implements Prepass {
     this.combined.minFilter = this.combined.magFilter = THREE.LinearFilter;
   }
 
-  render(weights: Float32Array): void {
+  render(weights: Float32Array, gains?: Float32Array): void {
     const { sums, maps, head, tile } = this;
     const [count, one] = [head.expressions.length, 4 * tile.weight_size[0] * tile.weight_size[1]];
     const step = head.uniform ? 1 : 1 / 255;
@@ -101,10 +124,27 @@ class CpuPrepass implements Prepass {
     }
     for (let i = 0; i < sums.length; i++) {
       const slot = 4 * Math.floor(i / one) + (i & 3);
-      this.halves[i] = THREE.DataUtils.toHalfFloat((tile.weight_span[slot] ?? 0) * sums[i] + (tile.weight_offset[slot] ?? 0) * total);
+      const sum = (tile.weight_span[slot] ?? 0) * sums[i] + (tile.weight_offset[slot] ?? 0) * total;
+      this.halves[i] = THREE.DataUtils.toHalfFloat(sum * this.leftAt((i % one) >> 2, gains));
     }
     this.combined.needsUpdate = true;
   }
+
+  private leftAt(texel: number, gains: Float32Array = new Float32Array()): number {
+    const [rows, columns] = this.tile.weight_size;
+    return gains.reduce((left, gain, k) => left * (1 + (this.masks[k * rows * columns + texel] / 255) * (gain - 1)), 1);
+  }
+
+  dispose(): void {
+    this.combined.dispose();
+  }
+}
+
+function masksOf(masks: Uint8Array<ArrayBuffer>, rows: number, columns: number, count: number): THREE.DataArrayTexture {
+  const texture = new THREE.DataArrayTexture(masks, columns, rows, count);
+  texture.format = THREE.RedFormat;
+  texture.needsUpdate = count > 0;
+  return texture;
 }
 
 // Weight maps one below the other, as they lie in memory, in layers as high as the GPU takes. They are read texel by texel alone: no

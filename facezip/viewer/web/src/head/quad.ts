@@ -24,8 +24,12 @@ export function quad(
 
 /** Draw into a target, or a layer of it, and leave the renderer as it was. */
 export function drawInto(renderer: THREE.WebGLRenderer, target: THREE.WebGLRenderTarget, layer: number, draw: () => void): void {
-  const before = renderer.getRenderTarget();
+  const before = [renderer.getRenderTarget(), renderer.getActiveCubeFace(), renderer.getActiveMipmapLevel()] as const;
+  const { enabled } = renderer.xr;
+  // A headset's cameras are not for this.
+  renderer.xr.enabled = false;
   renderer.setRenderTarget(target, layer);
   draw();
-  renderer.setRenderTarget(before);
+  renderer.setRenderTarget(...before);
+  renderer.xr.enabled = enabled;
 }

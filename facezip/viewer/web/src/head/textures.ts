@@ -17,20 +17,25 @@ export function scaleFor(renderer: THREE.WebGLRenderer, head: HeadDocument): num
   return scale;
 }
 
-export async function readTexture(renderer: THREE.WebGLRenderer, head: HeadDocument, assets: Assets, t: number, m: number, scale: number): Promise<THREE.DataArrayTexture> {
+/** The images of a map of a tile, in the order of the layers of its texture. */
+export function readImages(head: HeadDocument, assets: Assets, t: number, m: number, scale: number): Promise<ImageBitmap[]> {
   const entry = head.tiles[t].textures[m];
   const stem = `tile_${t}.map_${m}`;
   const names = [`${stem}.neutral`, ...entry.difference_span.map((_, i) => `${stem}.difference_${i}`), ...(entry.neutral_bits === 16 ? [`${stem}.neutral_low`] : [])];
-  const [rows, columns] = entry.size.map((side) => Math.max(1, Math.round(side * scale)));
-  const texture = emptyArray(columns, rows, names.length, {
-    format: formatOf(head.maps[m]), generateMipmaps: true, minFilter: THREE.LinearMipmapLinearFilter, magFilter: THREE.LinearFilter, anisotropy: 4,
+  return Promise.all(names.map((name) => assets.image(name, scale, entry.size)));
+}
+
+/** On the GPU; the images are closed. */
+export function textureOf(renderer: THREE.WebGLRenderer, map: MapEntry, images: ImageBitmap[]): THREE.DataArrayTexture {
+  const [{ width, height }] = images;
+  const texture = emptyArray(width, height, images.length, {
+    format: formatOf(map), generateMipmaps: true, minFilter: THREE.LinearMipmapLinearFilter, magFilter: THREE.LinearFilter, anisotropy: 4,
   });
-  for (const [layer, name] of names.entries()) {
-    const image = new THREE.Texture(await assets.image(name, scale, entry.size));
-    texture.mipmapsAutoUpdate = layer === names.length - 1;
-    renderer.copyTextureToTexture(image, texture, null, new THREE.Vector3(0, 0, layer));
-    image.image.close();
-  }
+  images.forEach((image, layer) => {
+    texture.mipmapsAutoUpdate = layer === images.length - 1;
+    renderer.copyTextureToTexture(new THREE.Texture(image), texture, null, new THREE.Vector3(0, 0, layer));
+    image.close();
+  });
   return texture;
 }
 

@@ -1,0 +1,205 @@
+"""A character looked at without using it: every file, and every reason at once why it cannot be read."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.character.correspondence import in_order_of
+from facezip.character.diagnosis import Diagnosis, Row, distinct
+from facezip.character.folder import UV_TOLERANCE
+from facezip.character.layout import Layout, MapFiles, read_layout
+from facezip.character.loading import read_character
+from facezip.character.meshes import check_digits
+from facezip.character.notes import Note
+from facezip.character.scans import NEUTRAL, Character, check_names
+from facezip.character.sizes import Sizes, add_size, words_for
+from facezip.character.texels import normal_rows, states_signs, value_rows
+from facezip.character.uvs import check_on_tiles, in_unit_square
+from facezip.errors import FaceZipError
+from facezip.files.facts import Facts
+from facezip.files.obj import Topology, read_obj
+from facezip.files.reading import reading
+from facezip.files.statements import stated
+from facezip.files.values import read_mask
+from facezip.machine.progress import track
+
+# Metres of a head's height, from chin to crown; half and twice that are heads too.
+HEAD = 0.24
+UNITS = {"metres": 1.0, "decimetres": 10.0, "centimetres": 100.0, "millimetres": 1000.0, "inches": 39.37}
+
+
+def examine_character(path: Path) -> Diagnosis:
+    """What is read of a character and what of it is unusual; where it cannot be read, all reasons that can be found."""
+    faults: list[FaceZipError] = []
+    try:
+        character = read_character(path)
+        rows = _rows(read_layout(path), character) if path.is_dir() else _rows_within(path, character)
+        return Diagnosis("character", str(path), _summary(character), tuple(rows), (), character.notes)
+    except FaceZipError as error:
+        faults.append(error)
+    search = _Search(path, faults)
+    if path.is_dir():
+        search.look()
+    notes = tuple(sorted(search.notes, key=lambda note: (note.file, note.words)))
+    return Diagnosis("character", str(path), "cannot be read", tuple(search.rows), distinct(faults), notes)
+
+
+def _summary(character: Character) -> str:
+    height, width = character.first.resolution
+    maps, tiles = ", ".join(kind.name for kind in character.maps), ", ".join(map(str, character.tiles))
+    masked = "with a mask" if character.masked else "without a mask: the whole texture is the face"
+    return (
+        f"{len(character.expressions)} expressions besides the neutral; {maps} of {width}x{height}, {tiles}; {masked}"
+    )
+
+
+def _rows_within(path: Path, character: Character) -> list[Row]:
+    """Of a character in one file."""
+    found = [
+        _mesh_row(path.name, name, character.mesh_vertices(name), character.meshes.topology)
+        for name in (NEUTRAL, *character.expressions)
+    ]
+    for (map, tile), stack in character.stacks.items():
+        encoding = f"{stack.neutral.dtype}, {stack.channels} channel(s)"
+        found += [
+            Row(path.name, map, name, tile, encoding, "as stored", words_for(stack.resolution))
+            for name in (NEUTRAL, *character.expressions)
+        ]
+    return found
+
+
+def _mesh_row(file: str, name: str, vertices: NDArray[np.float32], topology: Topology) -> Row:
+    extent = np.ptp(vertices[topology.faces].reshape(-1, 3), axis=0)
+    size = f"{len(vertices)} vertices, {len(topology.faces)} triangles"
+    encoding = "obj" if file.lower().endswith(".obj") else "gltf"
+    return Row(file, "mesh", name, None, encoding, "taken as y up, looking to +z", size, _unit(extent))
+
+
+def _unit(extent: NDArray[np.float32]) -> str:
+    """The extents of a mesh, and what it is measured in if it is a head."""
+    sides = " x ".join(f"{side:.3g}" for side in extent)
+    likely = [name for name, many in UNITS.items() if 0.6 < float(extent.max()) / (many * HEAD) < 1.7]
+    return f"{sides}, {f'{likely[0]} by its size' if likely else 'of any unit'}"
+
+
+def _rows(layout: Layout, character: Character | None = None) -> list[Row]:
+    """Of a character in a folder, read or not, by what headers state; what cannot be read has no row."""
+    rows: list[Row] = []
+    for name, path in layout.meshes.items():
+        with suppress(FaceZipError):
+            vertices, topology = read_obj(path) if character is None else _mesh_of(character, name)
+            rows.append(_mesh_row(layout.note(path, "").file, name, vertices, topology))
+    for how in layout.maps:
+        for (name, tile), path in how.files.items():
+            with suppress(FaceZipError):
+                rows.append(_texture_row(layout, how, name, tile, stated(path)))
+    for tile, path in layout.masks.items():
+        with suppress(FaceZipError):
+            facts = stated(path)
+            orientation = _orientation(facts)
+            encoding = f"{_format(path)}, {facts.type}, {', '.join(facts.channels)}"
+            rows.append(Row(layout.note(path, "").file, "mask", "", tile, encoding, orientation, words_for(facts.size)))
+    return rows
+
+
+def _mesh_of(character: Character, name: str) -> tuple[NDArray[np.float32], Topology]:
+    return character.mesh_vertices(name), character.meshes.topology
+
+
+def _texture_row(layout: Layout, how: MapFiles, name: str, tile: int, facts: Facts) -> Row:
+    space = facts.colour_space.name if how.kind.encoding == "srgb" else "numbers"
+    if how.kind.is_normal:
+        space = "tangent space, y down" if how.green_down else "tangent space, y up"
+    encoding = f"{_format(facts.path)}, {facts.type}, {', '.join(facts.channels)}, {space}"
+    file = layout.note(facts.path, "").file
+    return Row(file, how.kind.name, name, tile, encoding, _orientation(facts), words_for(facts.size))
+
+
+def _format(path: Path) -> str:
+    return path.suffix.lower().removeprefix(".")
+
+
+def _orientation(facts: Facts) -> str:
+    return "as stored" if facts.orientation == 1 else f"turned upright from {facts.orientation}"
+
+
+@contextmanager
+def _collected(faults: list[FaceZipError]) -> Iterator[None]:
+    try:
+        yield
+    except FaceZipError as error:
+        faults.append(error)
+
+
+@dataclass
+class _Search:
+    """All reasons why the character of a folder cannot be read."""
+
+    folder: Path
+    faults: list[FaceZipError]
+    rows: list[Row] = field(default_factory=list)
+    notes: list[Note] = field(default_factory=list)
+
+    def look(self) -> None:
+        """Add what is found to the faults that are known already, and what can be read all the same."""
+        with _collected(self.faults), reading(self.folder):
+            layout = read_layout(self.folder, self.faults.append)
+            self.notes += layout.notes
+            with _collected(self.faults):
+                check_names(layout.expressions, self.folder)
+            self.rows += _rows(layout)
+            texel = self._headers(layout)
+            self._meshes(layout, texel)
+            self._texels(layout)
+
+    def _headers(self, layout: Layout) -> float:
+        """What headers say; the side of a texel in UV."""
+        sizes = Sizes()
+        for how in layout.maps:
+            for tile in layout.tiles:
+                facts: dict[str, Facts] = {}
+                for name in (NEUTRAL, *layout.expressions):
+                    with _collected(self.faults):
+                        if (name, tile) in how.files:
+                            facts[name] = stated(how.files[name, tile])
+                            facts[name].applied(how.kind.encoding == "srgb")
+                with _collected(self.faults):
+                    if len(facts) > 1 and NEUTRAL in facts:
+                        sizes.of[how.kind.name, tile] = add_size(sizes, layout, how, tile, facts, self.faults.append)
+        self.notes += sizes.notes
+        return 1 / max((max(size) for size in sizes.of.values()), default=4096)
+
+    def _meshes(self, layout: Layout, texel: float) -> None:
+        neutral: tuple[NDArray[np.float32], Topology] | None = None
+        for name in (NEUTRAL, *layout.expressions):
+            path = layout.meshes[name]
+            with _collected(self.faults):
+                vertices, topology = read_obj(path)
+                check_digits(path, vertices[topology.faces])
+                if not layout.numbered:
+                    topology, notes = in_unit_square(path, topology, texel)
+                    self.notes += notes
+                elif name == NEUTRAL:
+                    check_on_tiles(path, topology, layout.tiles, texel)
+                if neutral is not None:
+                    in_order_of(path, *neutral, vertices, topology, UV_TOLERANCE * texel)
+                neutral = (vertices, topology) if name == NEUTRAL else neutral
+
+    def _texels(self, layout: Layout) -> None:
+        for path in layout.masks.values():
+            with _collected(self.faults):
+                read_mask(path)
+        files = [(how, key, path) for how in layout.maps for key, path in how.files.items()]
+        for how, (_, tile), path in track(files, "Reading every texture", len(files)):
+            with _collected(self.faults):
+                if how.kind.is_normal:
+                    signed = states_signs(how.files.get((NEUTRAL, tile), path))
+                    rows = normal_rows(path, how, signed, np.zeros(stated(path).size, np.bool_))
+                else:
+                    rows = value_rows(path, how)
+                for _ in rows:
+                    pass

@@ -1,0 +1,70 @@
+"""An animation for programs that cannot blend weight maps: β by frame, and weight maps blended beforehand."""
+
+import csv
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.character.scans import unknown
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.export.source import Tile
+from facezip.pack.model import MAX_BLEND
+
+# β by name; what is not named is zero. With GAIN in front of a name, how strongly it changes textures: else 1.
+Frame = Mapping[str, float]
+GAIN = "gains.expressions."
+
+
+def every_expression(expressions: Sequence[str]) -> list[Frame]:
+    """The neutral, and then each expression in a frame of its own."""
+    return [{}, *({name: 1.0} for name in expressions)]
+
+
+def read_animation(path: Path) -> list[Frame]:
+    """Frames of a CSV file: names of expressions, or of gains, in its first row; a row of numbers for every frame.
+
+    Raises
+    ------
+    FaceZipError
+        ``MISSING_FILE``, or ``BAD_VALUE`` that names the line.
+    """
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as file:
+            names, *rows = [row for row in csv.reader(file) if row] or [[]]
+    except FileNotFoundError:
+        raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such animation") from None
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"{path}: not a readable CSV file ({error})") from None
+    names = [name.strip() for name in names]
+    if not rows or len({*names}) < len(names):
+        raise FaceZipError(
+            ErrorCode.BAD_VALUE, f"{path}: needs different names of expressions in its first row, and rows of weights"
+        )
+    return [_frame(path, number, names, row) for number, row in enumerate(rows, 1)]
+
+
+def check(frames: Sequence[Frame], expressions: Sequence[str], whose: str) -> None:
+    """Raise ``UNKNOWN_NAME`` or ``BAD_VALUE`` for the first frame that a pack cannot show."""
+    for frame in frames:
+        for name, weight in frame.items():
+            if name.removeprefix(GAIN) not in expressions and name not in expressions:
+                raise unknown("expression", name, expressions, whose)
+            if not abs(weight) <= MAX_BLEND:
+                raise FaceZipError(ErrorCode.BAD_VALUE, f"weight {weight} of '{name}': must lie within ±{MAX_BLEND}")
+
+
+def blended(tile: Tile, frame: Frame) -> NDArray[np.float32]:
+    """The weight map ``(h, w, R)`` of a frame, Σ_n gain_n · β_n · W_n."""
+    beta = np.array([frame.get(GAIN + name, 1.0) * frame.get(name, 0.0) for name in tile.expressions], np.float32)
+    return np.tensordot(beta, tile.sheets[0].weights, axes=1).astype(np.float32)
+
+
+def _frame(path: Path, number: int, names: Sequence[str], row: Sequence[str]) -> Frame:
+    try:
+        return {name: float(value) for name, value in zip(names, row, strict=True)}
+    except ValueError:
+        raise FaceZipError(
+            ErrorCode.BAD_VALUE, f"{path}: row {number} of weights is not {len(names)} numbers"
+        ) from None

@@ -1,0 +1,125 @@
+// What `facezip export --to three` wrote: facezip.json as the document of a head, and its files as that head's images and arrays.
+
+import { type Assets, type HeadDocument, layersOf, type MapEntry, type TextureEntry, type TileEntry } from "../head/document";
+import { readPng, type Texels } from "./png";
+
+interface ExportedMap { encoding: MapEntry["encoding"]; range: [number, number]; size: [number, number]; neutral: string; differences: string[]; channels: number[]; max_slope?: number }
+interface ExportedTexture { file: string; low?: string; scale?: number[]; offset?: number[]; zero?: number; columns?: number; size?: [number, number] }
+interface ExportedTile {
+  order: string[];
+  weight_size: [number, number];
+  uniform_weights: number[][];
+  gains: { maps: string[]; expressions: string[]; regions: string[] };
+  maps: Record<string, ExportedMap>;
+  textures: Record<string, ExportedTexture>;
+  regions?: { file: string; columns: number; size: [number, number] };
+}
+
+export interface Exported {
+  document: HeadDocument;
+  assets: Assets;
+  /** Of each tile what its material is called in head.glb. */
+  materials: string[];
+}
+
+/** `base` is the address of the folder, with a slash at its end. */
+export async function readExported(base: string): Promise<Exported> {
+  const whole = await (await asked(new URL("facezip.json", base))).json();
+  if (whole.target !== "three") throw new Error(`${base}facezip.json is of an export to ${whole.target}; export it with --to three`);
+  const tiles: Record<string, ExportedTile> = whole.tiles ?? { "": whole };
+  const places = Object.keys(tiles).map((number) => (number ? `${base}${number}/` : base));
+  const parts = Object.values(tiles);
+  return {
+    document: documentOf(parts), assets: assetsOf(parts, places),
+    materials: Object.keys(tiles).map((number) => (number ? `neutral_${number}` : "neutral")),
+  };
+}
+
+function documentOf(tiles: ExportedTile[]): HeadDocument {
+  const [{ order, gains, maps, textures, uniform_weights }] = tiles;
+  const first = maps[gains.maps[0]];
+  return {
+    expressions: order,
+    maps: gains.maps.map((name) => ({ name, encoding: maps[name].encoding, range: maps[name].range, channels: maps[name].channels.length })),
+    tiles: tiles.map((tile) => tileOf(tile)),
+    slots: first.differences.length,
+    difference_zero: textures[first.differences[0]].zero!,
+    max_slope: Math.max(...Object.values(maps).map(({ max_slope }) => max_slope ?? 0)),
+    uniform: uniform_weights.length > 0,
+    regions: gains.regions,
+    mesh: {},
+  };
+}
+
+function tileOf({ weight_size, uniform_weights, gains, maps, textures }: ExportedTile): TileEntry {
+  const slots = maps[gains.maps[0]].differences.length;
+  const layers = Array.from({ length: layersOf(slots) }, (_, layer) => textures[`weights_${layer}`]);
+  // Uniform weights are written as they are.
+  const uniform = uniform_weights.length > 0;
+  return {
+    place: [0, 0], weight_size,
+    weight_span: uniform ? new Array(slots).fill(1) : layers.flatMap(({ scale }) => scale!),
+    weight_offset: uniform ? new Array(slots).fill(0) : layers.flatMap(({ offset }) => offset!),
+    textures: gains.maps.map((name) => textureOf(maps[name], textures)),
+  };
+}
+
+function textureOf({ encoding, range: [low, high], size, neutral, differences }: ExportedMap, textures: Record<string, ExportedTexture>): TextureEntry {
+  // Of texels, which the shader adds; normals' are of slopes.
+  const unit = encoding === "normal" ? 1 : high - low;
+  const spans = differences.map((name) => textures[name].scale!.map((scale) => scale / unit));
+  return {
+    size, neutral_bits: textures[neutral].low ? 16 : 8,
+    difference_span: spans.map((span) => (span.length === 1 ? [span[0], span[0], span[0]] : [span[0], span[1], span[2] ?? 0])),
+  };
+}
+
+function assetsOf(tiles: ExportedTile[], places: string[]): Assets {
+  const png = async (t: number, file: string) => readPng(await (await asked(new URL(file, places[t]))).arrayBuffer());
+  return {
+    async array(name) {
+      const [, t, kind] = /^tile_(\d+)\.(\w+)$/.exec(name)!;
+      const { regions, order, uniform_weights, weight_size, textures, gains } = tiles[+t];
+      if (kind === "regions") return stacked(await png(+t, regions!.file), regions!.columns, weight_size, gains.regions.length).buffer;
+      if (uniform_weights.length) return uniform(uniform_weights).buffer;
+      const layers = Object.values(textures).filter(({ columns }) => columns !== undefined);
+      const parts = await Promise.all(layers.map(async ({ file, columns }) => stacked(await png(+t, file), columns!, weight_size, order.length)));
+      return new Blob(parts).arrayBuffer();
+    },
+
+    async image(name, scale, [rows, columns]) {
+      const [, t, m, part] = /^tile_(\d+)\.map_(\d+)\.(\w+)$/.exec(name)!;
+      const { maps, textures, gains } = tiles[+t];
+      const { neutral, differences } = maps[gains.maps[+m]];
+      const { file, low } = textures[part.startsWith("neutral") ? neutral : differences[+part.split("_")[1]]];
+      const image = await (await asked(new URL(part === "neutral_low" ? low! : file, places[+t]))).blob();
+      const smaller = scale === 1 ? {} : { resizeWidth: Math.max(1, Math.round(columns * scale)), resizeHeight: Math.max(1, Math.round(rows * scale)), resizeQuality: "high" as const };
+      return createImageBitmap(image, { colorSpaceConversion: "none", premultiplyAlpha: "none", ...smaller });
+    },
+  };
+}
+
+/** The images of an atlas one after the other. */
+function stacked({ bytes, width, channels }: Texels, columns: number, [rows, across]: [number, number], count: number): Uint8Array<ArrayBuffer> {
+  const length = across * channels;
+  const all = new Uint8Array(count * rows * length);
+  for (let n = 0; n < count; n++) {
+    for (let y = 0; y < rows; y++) {
+      const from = (Math.floor(n / columns) * rows + y) * width * channels + (n % columns) * length;
+      all.set(bytes.subarray(from, from + length), (n * rows + y) * length);
+    }
+  }
+  return all;
+}
+
+/** Of each layer of four slots the weights of every expression. */
+function uniform(weights: number[][]): Float32Array<ArrayBuffer> {
+  const layers = Array.from({ length: layersOf(weights[0].length) }, (_, layer) => weights.flatMap((row) => [0, 1, 2, 3].map((slot) => row[4 * layer + slot] ?? 0)));
+  return Float32Array.from(layers.flat());
+}
+
+async function asked(address: URL): Promise<Response> {
+  const response = await fetch(address);
+  if (!response.ok) throw new Error(`${address}: the server answers ${response.status}`);
+  return response;
+}

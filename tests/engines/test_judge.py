@@ -1,0 +1,46 @@
+"""The second judge sees nothing where there is nothing, what there is, and from where the first one looks."""
+
+import json
+
+import pytest
+
+from facezip.character.loading import load_character, save_character
+from facezip.fit.methods import compress
+from facezip.pack.write import write_pack
+from render.candidates import candidate
+from render.settings import Settings
+from render.validation import validate
+from scenes.cameras import VIEWS
+from scenes.surface import make_surface
+from tests.engines import cycles
+from tests.engines.judge import judged
+
+
+@pytest.fixture(scope="module")
+def verdict(tmp_path_factory):
+    """Both verdicts of a small demo."""
+    cycles.needed()
+    demo = tmp_path_factory.mktemp("demo")
+    save_character(make_surface(128, 2), demo / "character")
+    scans = load_character(demo / "character")
+    write_pack(compress(scans, "pca", differences=1), demo / "character.facezip")
+    (demo / "report").mkdir()
+    settings = Settings(views=VIEWS[1:2], lights=("side",), resolution=96, spp=16, max_spp=16)
+    document = validate(scans, [candidate(scans, demo / "character.facezip")], demo / "report", settings)
+    (demo / "report" / "report.json").write_text(json.dumps(document), encoding="utf-8")
+    return judged(demo, "three_quarter_left", "side")
+
+
+def test_both_judges_see_the_same_scene(verdict):
+    _, floor, agreement, _ = verdict
+    assert agreement < 2 * floor["image_rmse"]
+
+
+def test_the_judges_agree(verdict):
+    rows = verdict[0]
+    neutral = next(theirs for name, _, theirs in rows if name == "neutral")
+    assert neutral["image_rmse"] < 0.1
+    for name, mitsuba, theirs in rows:
+        if name != "neutral":
+            assert theirs["flip"] == pytest.approx(mitsuba["flip"], rel=0.1)
+            assert theirs["image_rmse"] == pytest.approx(mitsuba["image_rmse"], rel=0.25)

@@ -1,0 +1,108 @@
+"""Heads stand upright and look at +z, whichever way their files had them; what is not certain is asked."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from facezip.character.maps import ALBEDO, KNOWN
+from facezip.character.motion import angle_between, nearest_axes
+from facezip.character.orientation import generic_face, orientation_of
+from facezip.character.placement import AXES, UNITS, Placement, placed
+from facezip.character.scans import Character
+from facezip.errors import ErrorCode, FaceZipError
+from scenes import generic_face as made
+from tests.facezip.character.heads import head, moved
+from tests.facezip.conftest import random_character
+
+TURNS = Rotation.create_group("O").as_matrix().round()
+people = st.tuples(st.integers(0, 2), st.booleans())
+turns = st.sampled_from(list(TURNS))
+tilts = st.builds(
+    lambda axis, degrees: Rotation.from_rotvec(np.radians(degrees) * np.array(axis) / np.linalg.norm(axis)).as_matrix(),
+    st.sampled_from([(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, -1, 1)]),
+    st.floats(-20, 20),
+)
+
+
+def character(meshes):
+    names = tuple(f"expression_{n:02}" for n in range(len(meshes.vertices)))
+    return Character("head", names, meshes, (KNOWN[ALBEDO],), {})
+
+
+def standing(meshes, **stated):
+    return placed(character(meshes), Placement(**stated), Path("scans"))
+
+
+@settings(max_examples=8, deadline=None)
+@given(people, turns, tilts)
+def test_a_head_is_turned_by_right_angles_to_where_it_looked_before(person, turn, tilt):
+    meshes = head(*person)
+    tilted = moved(meshes, tilt)
+    found = standing(moved(tilted, turn))
+    np.testing.assert_allclose(found.meshes.neutral, tilted.neutral, atol=1e-4)
+    np.testing.assert_allclose(found.meshes.vertices, tilted.vertices, atol=1e-4)
+    assert bool(found.notes) != np.array_equal(turn, np.eye(3))
+    assert not any(note.asks for note in found.notes)
+
+
+@settings(max_examples=5, deadline=None)
+@given(people, st.floats(1e-3, 1e3), tilts)
+def test_its_axes_are_found_in_any_size_and_place(person, size, tilt):
+    meshes = head(*person)
+    found = orientation_of(moved(meshes, size * tilt, 3 * size))
+    assert angle_between(found.axes, tilt.T) < 15
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.sampled_from(sorted(AXES)), st.sampled_from(sorted(AXES)))
+def test_what_character_toml_says_is_done_without_a_look(up, front):
+    if up[-1] == front[-1]:
+        with pytest.raises(ValueError, match="one line"):
+            Placement.of({"up": up, "front": front})
+        return
+    scans, stated = random_character(), Placement.of({"up": up, "front": front})
+    found = placed(scans, stated, Path("scans")).meshes
+    axes = np.stack([np.cross(AXES[up], AXES[front]), AXES[up], AXES[front]])
+    np.testing.assert_allclose(found.neutral, scans.meshes.neutral @ axes.T, atol=1e-5)
+    assert np.linalg.det(axes) == 1
+
+
+@pytest.mark.parametrize("unit", sorted(UNITS))
+def test_a_stated_unit_becomes_centimetres(unit):
+    centimetres = head()
+    found = standing(moved(centimetres, np.eye(3) / UNITS[unit]), unit=unit)
+    np.testing.assert_allclose(found.meshes.neutral, centimetres.neutral, atol=1e-4)
+    assert bool(found.notes) == (unit != "cm")
+
+
+def test_a_unit_that_makes_a_giant_of_a_head_is_refused():
+    with pytest.raises(FaceZipError, match=r"cm large; say another unit") as refused:
+        standing(head(), unit="m")
+    assert refused.value.code is ErrorCode.BAD_CHARACTER
+
+
+@pytest.mark.parametrize(("key", "value"), [("up", "w"), ("front", 1), ("unit", "mile"), ("up", "z")])
+def test_what_it_may_not_say_is_named(key, value):
+    with pytest.raises(ValueError, match=key):
+        Placement.of({key: value})
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_what_is_no_head_is_left_as_it_is(seed):
+    scans = random_character(seed, grid=24)
+    assert placed(scans, Placement(), Path("scans")) is scans
+
+
+def test_the_generic_face_is_the_embedded_characters():
+    kept, new = generic_face(), made.generic_face()
+    for name in ("points", "normals", "active"):
+        np.testing.assert_allclose(getattr(kept, name), getattr(new, name), atol=1e-5)
+
+
+@given(turns, tilts)
+def test_a_tilt_has_the_axes_that_it_was_tilted_from(turn, tilt):
+    np.testing.assert_array_equal(nearest_axes(turn @ tilt), turn)
