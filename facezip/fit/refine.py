@@ -7,8 +7,9 @@ sparse system whose matrix all expressions share. PCA is the special case of con
 At the end the weights are rounded to what a pack stores, and the textures fitted, and rounded, to those.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
+from itertools import repeat
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +17,9 @@ from numpy.typing import NDArray
 from facezip.character.samples import Samples, thinned
 from facezip.fit.nonnegative import solve_nonnegative
 from facezip.fit.pca import larger_sides, principal_weights
-from facezip.fit.sweep import solve_textures, weight_system
+from facezip.fit.sweep import solve_around, solve_textures, weight_system
 from facezip.fit.weights import SMOOTHNESS, WeightSystem, solve_weights
+from facezip.machine import memory
 from facezip.machine.progress import track
 from facezip.machine.rows import by_rows, map_rows
 from facezip.pack.quantise import STEPS, best_ranges, quantise_weights
@@ -37,8 +39,12 @@ def as_stored(weights: NDArray[np.float32]) -> NDArray[np.float32]:
     return quantise_weights(by_rows(lambda rows: turned[:, rows], turned.shape, np.float32, axis=1)).values
 
 
-def best_differences(samples: Samples, stored: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def best_differences(
+    samples: Samples, stored: NDArray[np.float32], locked: Mapping[int, NDArray[np.float32]] | None = None
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """The difference textures, rounded to what a pack stores, that fit best to stored weight maps ``(N, h, w, R)``.
+
+    Textures ``(H, W, C)`` of ``locked`` slots stay as they are; their range says nothing.
 
     Returns
     -------
@@ -47,9 +53,20 @@ def best_differences(samples: Samples, stored: NDArray[np.float32]) -> tuple[NDA
     """
     turned = stored.transpose(1, 3, 0, 2)
     weights = by_rows(lambda rows: turned[rows], turned.shape, np.float32)
-    some = thinned(samples, 2) if samples.importance.size > MANY_TEXELS else samples
-    ranges = best_ranges(solve_textures(some, weights), some.importance)
-    return solve_textures(samples, weights, ranges / np.float32(STEPS)), ranges
+    many, locked = samples.importance.size > MANY_TEXELS, locked or {}
+    some = thinned(samples, 2) if many else samples
+    fewer = {slot: texture[1::2, 1::2] if many else texture for slot, texture in locked.items()}
+    ranges = best_ranges(_solved(some, weights, fewer), some.importance)
+    return _solved(samples, weights, locked, ranges / np.float32(STEPS)), ranges
+
+
+def _solved(
+    samples: Samples,
+    weights: NDArray[np.float32],
+    locked: Mapping[int, NDArray[np.float32]],
+    steps: NDArray[np.float32] | None = None,
+) -> NDArray[np.float32]:
+    return solve_around(samples, weights, locked, steps) if locked else solve_textures(samples, weights, steps)
 
 
 def fit_weights(
@@ -59,6 +76,7 @@ def fit_weights(
     smoothness: float = SMOOTHNESS,
     components: NDArray[np.float32] | None = None,
     nonnegative: bool = False,
+    locked: Sequence[Mapping[int, NDArray[np.float32]]] | None = None,
 ) -> NDArray[np.float32]:
     """Weight maps ``(h, R, N, w)`` of the refined fit, in floating point, shared by several maps of one tile.
 
@@ -71,13 +89,17 @@ def fit_weights(
     smoothness : of the weights, as a part of the system's mean diagonal.
     components : ``(N, R)`` uniform weights to start from; None for PCA's of these maps.
     nonnegative : whether weights lie in 0..1, the largest of each slot at 1; otherwise they are free.
+    locked : of each map, the textures ``(H, W, C)`` of some slots that stay as they are. Weights that are not negative
+        are then left as large as they are. A fit without those slots is the start: none is lost by them.
     """
     height, width, _ = maps[0].neutral.shape
     few = [thinned(samples, weight_scale // 2) for samples in maps]
     grid = -(-height // weight_scale), -(-width // weight_scale)
     if components is None:
         components = principal_weights(few, slots)
-    if nonnegative:
+    if locked and any(locked):
+        weights = previous = _started(maps, slots, weight_scale, smoothness, components, nonnegative, locked)
+    elif nonnegative:
         weights = previous = uniform(larger_sides(components), grid)
     else:
         weights = previous = balanced_start(few, components, grid)
@@ -88,7 +110,8 @@ def fit_weights(
         # Nesterov's momentum: far fewer alternations reach the same error.
         ahead = _extrapolated(weights, previous, age / (age + 2), 0 if nonnegative else -np.inf)
         age += 1
-        system = joint_system(maps, ahead)
+        around = [_solved(*each) for each in zip(maps, repeat(ahead), locked, strict=False)] if locked else None
+        system = joint_system(maps, ahead, around)
         unit = unit or system.mean_diagonal
         system.regularise(unit, smoothness)
         previous = weights
@@ -97,7 +120,28 @@ def fit_weights(
             # Momentum went past the goal: forget it.
             previous, age = weights, 0
         explained_before = explained
-    return _at_most_one(weights) if nonnegative else weights
+    return at_most_one(weights)[0] if nonnegative and not locked else weights
+
+
+def _started(
+    maps: Sequence[Samples],
+    slots: int,
+    weight_scale: int,
+    smoothness: float,
+    components: NDArray[np.float32],
+    nonnegative: bool,
+    locked: Sequence[Mapping[int, NDArray[np.float32]]],
+) -> NDArray[np.float32]:
+    """The weights of a fit without the slots in which something is locked; there they are zero."""
+    taken = {slot for each in locked for slot in each}
+    free = [slot for slot in range(slots) if slot not in taken]
+    height, width, _ = maps[0].neutral.shape
+    shape = (-(-height // weight_scale), slots, len(components), -(-width // weight_scale))
+    weights: NDArray[np.float32] = memory.zeros(shape, np.float32)
+    if free:
+        first = np.ascontiguousarray(components[:, : len(free)])
+        weights[:, free] = fit_weights(maps, len(free), weight_scale, smoothness, first, nonnegative)
+    return weights
 
 
 def alternations(texels: int) -> int:
@@ -192,8 +236,8 @@ def _extrapolated(
     return by_rows(ahead, weights.shape, np.float32)
 
 
-def _at_most_one(weights: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Each slot of weights ≥ 0 scaled until its largest is 1: its textures are fitted to that."""
+def at_most_one(weights: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Each slot of weights ≥ 0 scaled until its largest is 1, for textures that are fitted to that; and what it was."""
     largest = np.max(map_rows(lambda top, bottom: weights[top:bottom].max(axis=(0, 2, 3)), len(weights)), axis=0)
-    unit = np.where(largest > 0, largest, np.float32(1))[:, None, None]
-    return by_rows(lambda rows: weights[rows] / unit, weights.shape, np.float32)
+    unit = np.where(largest > 0, largest, np.float32(1))
+    return by_rows(lambda rows: weights[rows] / unit[:, None, None], weights.shape, np.float32), unit
