@@ -102,7 +102,10 @@ def _with_maps(stored: StoredWeights, system: WeightSystem) -> tuple[StoredWeigh
         free, _ = solve_weights(system, free)
     low, high = stored.offset, stored.offset + stored.span
     column = slice(None), None, None
-    bounded = solve_bounded(system, np.clip(free, low[column], high[column]), low, high, BOUNDED_SWEEPS)
+    start, count = np.clip(free, low[column], high[column]), free.shape[2]
+    each = (len(low), count)
+    bounds = np.broadcast_to(low[:, None], each), np.broadcast_to(high[:, None], each)
+    bounded, _ = solve_bounded(system, start, bounds[0], bounds[1], BOUNDED_SWEEPS)
     # A byte of a range says nothing finer than half a step.
     beyond = np.abs(bounded - free) > stored.span[column] / 255
     divisor = np.where(stored.span > 0, stored.span, np.float32(1))[column]

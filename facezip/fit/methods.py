@@ -46,6 +46,7 @@ def compress(
     restarts: int = 100,
     seed: int = 0,
     nonnegative: bool = False,
+    sparse: int | None = None,
     given_masks: GivenMasks | None = None,
     locks: Sequence[Lock] = (),
     importance: Importance | None = None,
@@ -58,7 +59,7 @@ def compress(
     character : neutral and expressions.
     method : ``"refined"``, ``"paper"``, ``"paper-optimised"`` (with our search of the permutation),
         ``"paper-unpermuted"`` (its ablation), ``"pca"``, or ``"masks"`` (weight maps that are sums of fixed masks).
-    differences, weight_scale, masks, restarts, seed, nonnegative : see :class:`facezip.fit.settings.Settings`.
+    differences, weight_scale, masks, restarts, seed, nonnegative, sparse : see :class:`facezip.fit.settings.Settings`.
     given_masks : those of the method ``"masks"``; None for ``masks`` of the paper's.
     locks : difference textures that stay as they are (refined).
     importance : ``(H, W)`` ≥ 0, of the albedo's size, what a texel's squared error counts besides the mask (refined,
@@ -73,7 +74,7 @@ def compress(
         ``TOO_MANY_MASKS``; ``SIZE_MISMATCH`` or ``BAD_TEXELS`` for an importance that does not fit; and what
         :class:`facezip.fit.given.GivenMasks` raises.
     """
-    settings = Settings(differences, weight_scale, masks, restarts, seed, nonnegative)
+    settings = Settings(differences, weight_scale, masks, restarts, seed, nonnegative, sparse)
     settings.check(method)
     if given_masks is not None and method != "masks":
         raise FaceZipError(ErrorCode.BAD_VALUE, f"given masks: method {method} takes none; use masks")
@@ -100,6 +101,12 @@ class _Task:
     def slots(self) -> int:
         """Difference textures: no more than there are expressions."""
         return min(self.settings.differences, len(self.character.expressions))
+
+    @property
+    def sparse(self) -> int | None:
+        """How many of the slots an expression may use, where that is fewer than all."""
+        sparse = self.settings.sparse
+        return sparse if sparse is not None and sparse < self.slots else None
 
     def samples(self, key: Key, stack: Stack, beside: float = 0) -> Samples:
         """The texels of a map on a tile, weighted."""
@@ -131,7 +138,12 @@ def _refined(task: _Task) -> _Fit:
             parts |= around
             continue
         fitted = fit_weights(
-            [*own.values()], task.slots, scale, components=components, nonnegative=task.settings.nonnegative
+            [*own.values()],
+            task.slots,
+            scale,
+            components=components,
+            nonnegative=task.settings.nonnegative,
+            sparse=task.sparse,
         )
         weights[tile] = as_stored(fitted)
         parts |= {key: task.part(key, *best_differences(some, weights[tile])) for key, some in own.items()}
@@ -152,6 +164,7 @@ def _around(
         components=components,
         nonnegative=settings.nonnegative,
         locked=of_maps(locks, [*samples], units),
+        sparse=task.sparse,
     )
     if settings.nonnegative:
         fitted, largest = at_most_one(fitted)

@@ -24,6 +24,20 @@ def solve_nonnegative(
     system: WeightSystem, start: NDArray[np.float32], sweeps: int = SWEEPS
 ) -> tuple[NDArray[np.float32], float]:
     """A few sweeps from ``start`` ≥ 0, ``(h, R, N, w)``; returns as :func:`facezip.fit.weights.solve_weights`."""
+    low = np.zeros(start.shape[1:3], np.float32)
+    return solve_bounded(system, start, low, np.full_like(low, np.inf), sweeps)
+
+
+def solve_bounded(
+    system: WeightSystem,
+    start: NDArray[np.float32],
+    low: NDArray[np.float32],
+    high: NDArray[np.float32],
+    sweeps: int = SWEEPS,
+) -> tuple[NDArray[np.float32], float]:
+    """Sweeps from ``start`` ``(h, R, N, w)``; weights stay between ``low`` and ``high``, ``(R, N)``, of slot and
+    expression. Returns as :func:`facezip.fit.weights.solve_weights`.
+    """
     product: NDArray[np.float32] = memory.empty(start.shape, np.float32)
     height, right = len(start), system.right
     sum_rows(lambda top, bottom: multiply(top, bottom, system.matrix, start, product), height)
@@ -32,24 +46,12 @@ def solve_nonnegative(
         return float(np.vdot(start[top:bottom], 2 * right[top:bottom] - product[top:bottom]))
 
     explained = sum(map_rows(share, height))
-    low = np.zeros(start.shape[1], np.float32)
-    return solve_bounded(system, start, low, np.full_like(low, np.inf), sweeps), explained
-
-
-def solve_bounded(
-    system: WeightSystem,
-    start: NDArray[np.float32],
-    low: NDArray[np.float32],
-    high: NDArray[np.float32],
-    sweeps: int,
-) -> NDArray[np.float32]:
-    """Sweeps from ``start`` ``(h, R, N, w)``; each slot's weights stay between its ``low`` and ``high``, ``(R,)``."""
     weights = by_rows(lambda rows: start[rows], start.shape, np.float32)
     bounds = np.ascontiguousarray(low), np.ascontiguousarray(high)
     for step in range(sweeps * COLOURS):
-        relax = partial(_relax, colour=step % COLOURS, matrix=system.matrix, right=system.right, bounds=bounds)
-        map_rows(partial(relax, weights=weights), len(start))
-    return weights
+        relax = partial(_relax, colour=step % COLOURS, matrix=system.matrix, right=right, bounds=bounds)
+        map_rows(partial(relax, weights=weights), height)
+    return weights, explained
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
@@ -78,4 +80,4 @@ def _relax(
                                 rest[n] -= matrix[y, i, j, cell, x] * weights[near, j, n, beside]
                 for n in range(count):
                     best = weights[y, i, n, x] + rest[n] / matrix[y, i, i, 4, x]
-                    weights[y, i, n, x] = min(max(best, low[i]), high[i])
+                    weights[y, i, n, x] = min(max(best, low[i, n]), high[i, n])

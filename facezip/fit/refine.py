@@ -7,15 +7,14 @@ sparse system whose matrix all expressions share. PCA is the special case of con
 At the end the weights are rounded to what a pack stores, and the textures fitted, and rounded, to those.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from itertools import repeat
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.samples import Samples, thinned
-from facezip.fit.nonnegative import solve_nonnegative
+from facezip.fit.nonnegative import solve_bounded, solve_nonnegative
 from facezip.fit.pca import larger_sides, principal_weights
 from facezip.fit.sweep import solve_around, solve_textures, weight_system
 from facezip.fit.weights import SMOOTHNESS, WeightSystem, solve_weights
@@ -31,6 +30,8 @@ TEXELS_VISITED = 2**24
 GAUGE = 4
 # Of more texels a quarter tells the ranges of difference textures; of fewer, they depend on which.
 MANY_TEXELS = 2**20
+
+Solve = Callable[[WeightSystem, NDArray[np.float32]], tuple[NDArray[np.float32], float]]
 
 
 def as_stored(weights: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -77,6 +78,7 @@ def fit_weights(
     components: NDArray[np.float32] | None = None,
     nonnegative: bool = False,
     locked: Sequence[Mapping[int, NDArray[np.float32]]] | None = None,
+    sparse: int | None = None,
 ) -> NDArray[np.float32]:
     """Weight maps ``(h, R, N, w)`` of the refined fit, in floating point, shared by several maps of one tile.
 
@@ -91,6 +93,7 @@ def fit_weights(
     nonnegative : whether weights lie in 0..1, the largest of each slot at 1; otherwise they are free.
     locked : of each map, the textures ``(H, W, C)`` of some slots that stay as they are. Weights that are not negative
         are then left as large as they are. A fit without those slots is the start: none is lost by them.
+    sparse : how many slots an expression may use; all where None.
     """
     height, width, _ = maps[0].neutral.shape
     few = [thinned(samples, weight_scale // 2) for samples in maps]
@@ -98,20 +101,35 @@ def fit_weights(
     if components is None:
         components = principal_weights(few, slots)
     if locked and any(locked):
-        weights = previous = _started(maps, slots, weight_scale, smoothness, components, nonnegative, locked)
+        weights = _started(maps, slots, weight_scale, smoothness, components, nonnegative, locked)
     elif nonnegative:
-        weights = previous = uniform(larger_sides(components), grid)
+        weights = uniform(larger_sides(components), grid)
     else:
-        weights = previous = balanced_start(few, components, grid)
-    solve = solve_nonnegative if nonnegative else solve_weights
-    unit, explained_before, age = 0.0, -np.inf, 0
+        weights = balanced_start(few, components, grid)
     count = alternations(height * width)
+    solve = solve_nonnegative if nonnegative else solve_weights
+    weights = _alternated(maps, weights, count, solve, smoothness, nonnegative, locked)
+    if sparse is not None:
+        weights = _sparse(maps, weights, sparse, count, smoothness, nonnegative, locked)
+    return at_most_one(weights)[0] if nonnegative and not locked else weights
+
+
+def _alternated(
+    maps: Sequence[Samples],
+    weights: NDArray[np.float32],
+    count: int,
+    solve: Solve,
+    smoothness: float,
+    nonnegative: bool,
+    locked: Sequence[Mapping[int, NDArray[np.float32]]] | None,
+) -> NDArray[np.float32]:
+    """Textures and weights in turn, ``count`` times, from ``weights``."""
+    previous, unit, explained_before, age = weights, 0.0, -np.inf, 0
     for _ in track(range(count), "Refining", count):
         # Nesterov's momentum: far fewer alternations reach the same error.
         ahead = _extrapolated(weights, previous, age / (age + 2), 0 if nonnegative else -np.inf)
         age += 1
-        around = [_solved(*each) for each in zip(maps, repeat(ahead), locked, strict=False)] if locked else None
-        system = joint_system(maps, ahead, around)
+        system = _system(maps, ahead, locked)
         unit = unit or system.mean_diagonal
         system.regularise(unit, smoothness)
         previous = weights
@@ -120,7 +138,50 @@ def fit_weights(
             # Momentum went past the goal: forget it.
             previous, age = weights, 0
         explained_before = explained
-    return at_most_one(weights)[0] if nonnegative and not locked else weights
+    return weights
+
+
+def _system(
+    maps: Sequence[Samples],
+    weights: NDArray[np.float32],
+    locked: Sequence[Mapping[int, NDArray[np.float32]]] | None,
+) -> WeightSystem:
+    """The weights' equations under the best textures, those that are locked among them."""
+    if not locked:
+        return joint_system(maps, weights)
+    around = [_solved(samples, weights, fixed) for samples, fixed in zip(maps, locked, strict=True)]
+    return joint_system(maps, weights, around)
+
+
+def _sparse(
+    maps: Sequence[Samples],
+    weights: NDArray[np.float32],
+    most: int,
+    count: int,
+    smoothness: float,
+    nonnegative: bool,
+    locked: Sequence[Mapping[int, NDArray[np.float32]]] | None,
+) -> NDArray[np.float32]:
+    """Weights that use ``most`` slots an expression: each gives up the one that does least in it, and is refined again,
+    until no more are left.
+    """
+    _, slots, expressions, _ = weights.shape
+    used = np.ones((slots, expressions), bool)
+    for _ in range(slots - most):
+        diagonal = np.einsum("hiiw->hiw", _system(maps, weights, locked).matrix[:, :, :, 4])
+        energy = np.einsum("hiw,hinw->in", diagonal, np.square(weights), dtype=np.float64)
+        used[np.where(used, energy, np.inf).argmin(axis=0), np.arange(expressions)] = False
+        high = np.where(used, np.float32(np.inf), np.float32(0))
+        low = np.zeros_like(high) if nonnegative else -high
+        weights = by_rows(partial(_kept, weights, used), weights.shape, np.float32)
+        weights = _alternated(
+            maps, weights, count, partial(solve_bounded, low=low, high=high), smoothness, nonnegative, locked
+        )
+    return weights
+
+
+def _kept(weights: NDArray[np.float32], used: NDArray[np.bool_], rows: slice) -> NDArray[np.float32]:
+    return weights[rows] * used[:, :, None]
 
 
 def _started(
