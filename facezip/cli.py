@@ -15,6 +15,7 @@ from facezip.machine.progress import show_progress
 VERBS = {
     "demo": "The main job on the embedded character: compress, render, report.",
     "compress": "A character in, a pack out.",
+    "extend": "New expressions into a pack; what has been shipped of it keeps its bytes.",
     "batch": "Many characters, on all cores or on a cluster; what is finished stays finished.",
     "doctor": "What is read from which file, what is unusual, and what to do about it.",
     "check": "Is every expression registered to the neutral; before it is compressed.",
@@ -25,6 +26,7 @@ VERBS = {
     "rig": "Scans and a template in, the person's own shapes and a pack that blends them out.",
     "view": "The head on the screen: sliders, poses, maps, costs; in the browser.",
     "export": "A pack in the form that an engine or a browser takes.",
+    "layers": "A page of what each layer, weight map and mask does in which expression.",
     "info": "What a pack holds and what it costs.",
     "verify": "Check every byte of a pack.",
     "paper": "The paper's table and figures on any character, with our methods beside its own.",

@@ -39,6 +39,7 @@ class ErrorCode(StrEnum):
     BAD_TEXELS = "bad-texels"
     SIZE_MISMATCH = "size-mismatch"
     TOPOLOGY_MISMATCH = "topology-mismatch"
+    OTHER_NEUTRAL = "other-neutral"
     TOO_FEW_EXPRESSIONS = "too-few-expressions"
     TOO_MANY_MASKS = "too-many-masks"
     BAD_CHARACTER = "bad-character"

@@ -14,6 +14,7 @@ from facezip.character.loading import load_character, save_character
 from facezip.export.opengl import opened
 from facezip.files.images import read_texture, write_texture
 from facezip.files.obj import MAX_BYTES, read_obj, write_obj
+from facezip.fit.extending import extend_into
 from facezip.pack.read import read_pack
 from facezip.pack.verification import verify_pack
 from facezip.pack.write import write_pack
@@ -29,6 +30,12 @@ def scans_with(place, name, content):
     save_character(SCANS, place / "scans")
     (place / "scans" / name).write_bytes(content)
     return load_character(place / "scans")
+
+
+def other_neutral(place):
+    write_pack(compress(random_character(seed=1, side=16, grid=3, expressions=2)), place / "a.facezip")
+    save_character(SCANS, place / "scans")
+    extend_into(place / "a.facezip", place / "scans", place / "b.facezip")
 
 
 def texture_of_nan(place):
@@ -113,6 +120,7 @@ CASES = {
     ErrorCode.BAD_TEXELS: texture_of_nan,
     ErrorCode.SIZE_MISMATCH: other_size,
     ErrorCode.TOPOLOGY_MISMATCH: other_topology,
+    ErrorCode.OTHER_NEUTRAL: other_neutral,
     ErrorCode.TOO_FEW_EXPRESSIONS: lambda place: scans_without(place, "expr_1"),
     ErrorCode.TOO_MANY_MASKS: lambda place: compress(SCANS, "paper", masks=1000),
     ErrorCode.BAD_CHARACTER: lambda place: scans_with(place, "expr_0.tif", b""),

@@ -1,14 +1,15 @@
 """``facezip compress``: a character in, a pack out, with the error of what was written."""
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import click
 
 from facezip.commands import options
-from facezip.commands.fit_options import check_together, fit_options, on_line, request_of
+from facezip.commands.fit_options import GOALS, check_together, fit_options, on_line, request_of
 from facezip.commands.words import cleaning_words, error_words, masks_words, megabytes, memory_words
 from facezip.fit.pipeline import compress_into
 from facezip.machine.memory import beside, limited
@@ -21,6 +22,14 @@ from facezip.pack.facts import several
     "-o", "--output", type=options.FOLDER, required=True, metavar="PACK", help="Folder NAME.facezip to write."
 )
 @fit_options
+@click.option(
+    "--lock",
+    "locks",
+    multiple=True,
+    metavar="LAYER=FILE",
+    help="Keep a painted layer byte for byte and fit the rest around it: difference_0=wrinkles.png is of the albedo, "
+    "normal.difference_0=… of another map; may be repeated (refined).",
+)
 @options.memory
 @options.overwrite
 @options.as_json
@@ -30,6 +39,7 @@ def command(
     /,
     character: Path,
     output: Path,
+    locks: tuple[str, ...],
     memory: int | None,
     overwrite: bool,
     as_json: bool,
@@ -43,10 +53,25 @@ def command(
     UDIM tiles.
     """
     check_together(on_line(context), given)
-    request = request_of(given)
+    request = replace(request_of(given), locks=_locks(locks, given))
     with limited(memory, beside(output)):
         document = compress_into(character, output, request, overwrite, lambda line: print(line, file=sys.stderr))
     options.answer(document, as_json, lambda: _lines(document))
+
+
+def _locks(pairs: Iterable[str], given: Mapping[str, Any]) -> dict[str, Path]:
+    """``difference_0=FILE`` by name; refuses what cannot go together."""
+    found: dict[str, Path] = {}
+    for pair in pairs:
+        name, _, file = pair.partition("=")
+        if not file or name in found:
+            raise click.UsageError(f"--lock '{pair}': write it as difference_0=FILE, each layer once")
+        found[name] = Path(file)
+    if found and (given["method"] != "refined" or given["given_masks"]):
+        raise click.UsageError("--lock needs --method refined")
+    if found and any(given[goal] is not None for goal in GOALS):
+        raise click.UsageError("--target-rmse and --budget-mb choose the number of layers: leave --lock out")
+    return found
 
 
 def _lines(document: Mapping[str, Any]) -> list[str]:

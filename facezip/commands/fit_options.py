@@ -76,6 +76,10 @@ def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
             "--nonnegative", is_flag=True, help="Weights of 0..1 alone, for engines that clamp: differences are only "
             "ever added (refined, masks).",
         ),
+        click.option(
+            "--sparse", type=int, metavar="L", help="At most L difference textures an expression, for people who read "
+            "its weights (refined).",
+        ),
         _setting("restarts", "N", "Random starts of the stitching (paper)."),
         _setting("seed", "S", "Of what is random (paper, masks)."),
     )  # fmt: skip
@@ -106,6 +110,8 @@ def check_together(names: set[str], given: Mapping[str, Any]) -> None:
         raise click.UsageError("--target-rmse and --budget-mb choose --differences and --weight-scale: leave those out")
     if choosing and given["nonnegative"]:
         raise click.UsageError("--target-rmse and --budget-mb choose among free weights: leave --nonnegative out")
+    if given["sparse"] is not None and (choosing or method != "refined"):
+        raise click.UsageError("--sparse needs --method refined, and neither --target-rmse nor --budget-mb")
     if method != "refined" and choosing:
         raise click.UsageError("--target-rmse and --budget-mb need --method refined")
     if method not in ("refined", "masks") and given["importance"]:

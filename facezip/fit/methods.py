@@ -6,7 +6,7 @@ textures are solved map by map under the shared weights. Tiles share what lives 
 masks and principal components; the refined weight maps of a tile are its own. One albedo on one tile is a sum of one.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +21,7 @@ from facezip.files.images import to_float
 from facezip.fit.activations import Bounds, fit_activations
 from facezip.fit.given import GivenMasks, as_bytes
 from facezip.fit.importance import Importance, by_key, map_factors, weighted_samples
+from facezip.fit.locks import Lock, of_maps
 from facezip.fit.paper.beam import beam_search
 from facezip.fit.paper.factorise import cluster_shares, difference_textures, weight_maps
 from facezip.fit.paper.fragments import cluster_fragments, masked_gram
@@ -28,10 +29,11 @@ from facezip.fit.paper.masks import compute_masks
 from facezip.fit.paper.paircosts import pair_costs
 from facezip.fit.paper.stitching import Stitching, search, unpermuted
 from facezip.fit.pca import combine_differences, principal_weights
-from facezip.fit.refine import as_stored, best_differences, fit_weights
+from facezip.fit.refine import as_stored, at_most_one, best_differences, fit_weights
 from facezip.fit.settings import PAPER_DIFFERENCES, Settings
 from facezip.pack.masked import MaskedWeights
 from facezip.pack.model import CompressedTextures, Part
+from facezip.pack.quantise import STEPS
 
 
 def compress(
@@ -44,7 +46,9 @@ def compress(
     restarts: int = 100,
     seed: int = 0,
     nonnegative: bool = False,
+    sparse: int | None = None,
     given_masks: GivenMasks | None = None,
+    locks: Sequence[Lock] = (),
     importance: Importance | None = None,
     map_weights: Mapping[str, float] | None = None,
 ) -> CompressedTextures:
@@ -55,8 +59,9 @@ def compress(
     character : neutral and expressions.
     method : ``"refined"``, ``"paper"``, ``"paper-optimised"`` (with our search of the permutation),
         ``"paper-unpermuted"`` (its ablation), ``"pca"``, or ``"masks"`` (weight maps that are sums of fixed masks).
-    differences, weight_scale, masks, restarts, seed, nonnegative : see :class:`facezip.fit.settings.Settings`.
+    differences, weight_scale, masks, restarts, seed, nonnegative, sparse : see :class:`facezip.fit.settings.Settings`.
     given_masks : those of the method ``"masks"``; None for ``masks`` of the paper's.
+    locks : difference textures that stay as they are (refined).
     importance : ``(H, W)`` ≥ 0, of the albedo's size, what a texel's squared error counts besides the mask (refined,
         masks); or one for each map and tile. Maps without one take the albedo's.
     map_weights : how much a map counts, > 0. With 1, the default, the expressions' differences of each map count alike
@@ -69,13 +74,15 @@ def compress(
         ``TOO_MANY_MASKS``; ``SIZE_MISMATCH`` or ``BAD_TEXELS`` for an importance that does not fit; and what
         :class:`facezip.fit.given.GivenMasks` raises.
     """
-    settings = Settings(differences, weight_scale, masks, restarts, seed, nonnegative)
+    settings = Settings(differences, weight_scale, masks, restarts, seed, nonnegative, sparse)
     settings.check(method)
     if given_masks is not None and method != "masks":
         raise FaceZipError(ErrorCode.BAD_VALUE, f"given masks: method {method} takes none; use masks")
+    if locks and method != "refined":
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"locks: method {method} takes none; use refined")
     images = by_key(importance, character)
     factors = map_factors(character, map_weights or {}, {name for name, _ in images})
-    parts, weights = METHODS[method](_Task(character, settings, factors, images, given_masks))
+    parts, weights = METHODS[method](_Task(character, settings, factors, images, given_masks, tuple(locks)))
     return CompressedTextures(method, character.expressions, character.maps, parts, weights, character.meshes)
 
 
@@ -88,11 +95,18 @@ class _Task:
     factors: Mapping[str, float]
     importance: Mapping[Key, NDArray[np.float32]]
     given_masks: GivenMasks | None
+    locks: tuple[Lock, ...] = ()
 
     @property
     def slots(self) -> int:
         """Difference textures: no more than there are expressions."""
         return min(self.settings.differences, len(self.character.expressions))
+
+    @property
+    def sparse(self) -> int | None:
+        """How many of the slots an expression may use, where that is fewer than all."""
+        sparse = self.settings.sparse
+        return sparse if sparse is not None and sparse < self.slots else None
 
     def samples(self, key: Key, stack: Stack, beside: float = 0) -> Samples:
         """The texels of a map on a tile, weighted."""
@@ -119,12 +133,50 @@ def _refined(task: _Task) -> _Fit:
     weights: dict[int, NDArray[np.float32]] = {}
     for tile in character.tiles:
         own = {key: some for key, some in samples.items() if key[1] == tile}
+        if any(lock.key[1] == tile for lock in task.locks):
+            weights[tile], around = _around(task, own, components)
+            parts |= around
+            continue
         fitted = fit_weights(
-            [*own.values()], task.slots, scale, components=components, nonnegative=task.settings.nonnegative
+            [*own.values()],
+            task.slots,
+            scale,
+            components=components,
+            nonnegative=task.settings.nonnegative,
+            sparse=task.sparse,
         )
         weights[tile] = as_stored(fitted)
         parts |= {key: task.part(key, *best_differences(some, weights[tile])) for key, some in own.items()}
     return parts, weights
+
+
+def _around(
+    task: _Task, samples: Mapping[Key, Samples], components: NDArray[np.float32] | None
+) -> tuple[NDArray[np.float32], dict[Key, Part]]:
+    """The weight maps of a tile and the parts of its maps, around layers that are locked."""
+    settings, locks = task.settings, [lock for lock in task.locks if lock.key in samples]
+    units = {lock.name: lock.unit(samples[lock.key]) for lock in locks}
+    maps = [*samples.values()]
+    fitted = fit_weights(
+        maps,
+        task.slots,
+        settings.weight_scale,
+        components=components,
+        nonnegative=settings.nonnegative,
+        locked=of_maps(locks, [*samples], units),
+        sparse=task.sparse,
+    )
+    if settings.nonnegative:
+        fitted, largest = at_most_one(fitted)
+        units = {lock.name: units[lock.name] * largest[lock.slot] for lock in locks}
+    stored, parts = as_stored(fitted), {}
+    for key, some, locked in zip(samples, maps, of_maps(locks, [*samples], units), strict=True):
+        differences, ranges = best_differences(some, stored, locked)
+        for lock in locks:
+            if lock.key == key:
+                ranges[lock.slot] = units[lock.name] * np.float32(STEPS)
+        parts[key] = replace(task.part(key, differences, ranges), locked=frozenset(locked))
+    return stored, parts
 
 
 def _masked(task: _Task) -> _Fit:

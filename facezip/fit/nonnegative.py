@@ -1,4 +1,4 @@
-"""Weight maps that may not be negative: their equations solved by relaxation, texel by texel, within that bound.
+"""Weight maps within bounds, such as not negative: their equations solved by relaxation, texel by texel.
 
 Each unknown in turn takes the best value that it may: projected Gauss and Seidel (Saad, Iterative Methods for Sparse
 Linear Systems, 2nd edition, section 4.1). Texels are taken in four colours, of which no two of one colour are
@@ -24,6 +24,20 @@ def solve_nonnegative(
     system: WeightSystem, start: NDArray[np.float32], sweeps: int = SWEEPS
 ) -> tuple[NDArray[np.float32], float]:
     """A few sweeps from ``start`` ≥ 0, ``(h, R, N, w)``; returns as :func:`facezip.fit.weights.solve_weights`."""
+    low = np.zeros(start.shape[1:3], np.float32)
+    return solve_bounded(system, start, low, np.full_like(low, np.inf), sweeps)
+
+
+def solve_bounded(
+    system: WeightSystem,
+    start: NDArray[np.float32],
+    low: NDArray[np.float32],
+    high: NDArray[np.float32],
+    sweeps: int = SWEEPS,
+) -> tuple[NDArray[np.float32], float]:
+    """Sweeps from ``start`` ``(h, R, N, w)``; weights stay between ``low`` and ``high``, ``(R, N)``, of slot and
+    expression. Returns as :func:`facezip.fit.weights.solve_weights`.
+    """
     product: NDArray[np.float32] = memory.empty(start.shape, np.float32)
     height, right = len(start), system.right
     sum_rows(lambda top, bottom: multiply(top, bottom, system.matrix, start, product), height)
@@ -33,9 +47,10 @@ def solve_nonnegative(
 
     explained = sum(map_rows(share, height))
     weights = by_rows(lambda rows: start[rows], start.shape, np.float32)
+    bounds = np.ascontiguousarray(low), np.ascontiguousarray(high)
     for step in range(sweeps * COLOURS):
-        colour = step % COLOURS
-        map_rows(partial(_relax, colour=colour, matrix=system.matrix, right=right, weights=weights), height)
+        relax = partial(_relax, colour=step % COLOURS, matrix=system.matrix, right=right, bounds=bounds)
+        map_rows(partial(relax, weights=weights), height)
     return weights, explained
 
 
@@ -46,9 +61,11 @@ def _relax(
     colour: int,
     matrix: NDArray[np.float32],
     right: NDArray[np.float32],
+    bounds: tuple[NDArray[np.float32], NDArray[np.float32]],
     weights: NDArray[np.float32],
 ) -> None:
     h, slots, count, w = right.shape
+    low, high = bounds
     rest = np.empty(count, np.float32)
     for y in range(top + (colour // 2 - top) % 2, bottom, 2):
         for x in range(colour % 2, w, 2):
@@ -63,4 +80,4 @@ def _relax(
                                 rest[n] -= matrix[y, i, j, cell, x] * weights[near, j, n, beside]
                 for n in range(count):
                     best = weights[y, i, n, x] + rest[n] / matrix[y, i, i, 4, x]
-                    weights[y, i, n, x] = max(best, np.float32(0))
+                    weights[y, i, n, x] = min(max(best, low[i, n]), high[i, n])

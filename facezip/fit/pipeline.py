@@ -15,6 +15,7 @@ from facezip.files.values import read_values
 from facezip.files.writing import check_target
 from facezip.fit.choice import Choice, choose
 from facezip.fit.importance import Importance, importance_files
+from facezip.fit.locks import read_locks
 from facezip.fit.mask_folder import read_masks
 from facezip.fit.methods import compress
 from facezip.fit.settings import Settings, made_with
@@ -40,6 +41,7 @@ class Request:
     keep_floats : whether floats outside [0, 1] are kept, with their range.
     clean : those of :data:`facezip.cleaning.steps.STEPS` that are taken before the fit.
     given_masks : a folder of masks (:func:`facezip.fit.mask_folder.read_masks`), or None.
+    locks : images of difference textures that stay as they are, by name (:func:`facezip.fit.locks.read_locks`).
     """
 
     method: str = "refined"
@@ -51,6 +53,7 @@ class Request:
     keep_floats: bool = False
     clean: tuple[str, ...] = ()
     given_masks: Path | None = None
+    locks: Mapping[str, Path] = field(default_factory=dict)
 
     @property
     def goals(self) -> dict[str, float]:
@@ -64,6 +67,8 @@ class Request:
         stated = made_with(self.method, asdict(self.settings)) | self.goals
         if self.map_weights:
             stated["map_weights"] = dict(self.map_weights)
+        if self.locks:
+            stated["locked"] = sorted(self.locks)
         if self.given_masks is not None:
             # As many as there are in the folder; nothing of them is random.
             stated = {name: value for name, value in stated.items() if name not in ("masks", "seed")}
@@ -115,7 +120,9 @@ def compress_into(
     else:
         settings = asdict(request.settings)
         weighted: dict[str, Any] = {"importance": importance, "map_weights": request.map_weights}
-        model = compress(scans, request.method, **settings, given_masks=given, **weighted)
+        slots = min(request.settings.differences, len(scans.expressions))
+        locks = read_locks(request.locks, scans, slots)
+        model = compress(scans, request.method, **settings, given_masks=given, locks=locks, **weighted)
     document = write_measured(scans, model, output, overwrite, stated)
     if choice:
         document |= {"choice": {"reason": choice.reason, "tried": [asdict(trial) for trial in choice.tried]}}

@@ -7,17 +7,18 @@ sparse system whose matrix all expressions share. PCA is the special case of con
 At the end the weights are rounded to what a pack stores, and the textures fitted, and rounded, to those.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.samples import Samples, thinned
-from facezip.fit.nonnegative import solve_nonnegative
+from facezip.fit.nonnegative import solve_bounded, solve_nonnegative
 from facezip.fit.pca import larger_sides, principal_weights
-from facezip.fit.sweep import solve_textures, weight_system
+from facezip.fit.sweep import solve_around, solve_textures, weight_system
 from facezip.fit.weights import SMOOTHNESS, WeightSystem, solve_weights
+from facezip.machine import memory
 from facezip.machine.progress import track
 from facezip.machine.rows import by_rows, map_rows
 from facezip.pack.quantise import STEPS, best_ranges, quantise_weights
@@ -30,6 +31,8 @@ GAUGE = 4
 # Of more texels a quarter tells the ranges of difference textures; of fewer, they depend on which.
 MANY_TEXELS = 2**20
 
+Solve = Callable[[WeightSystem, NDArray[np.float32]], tuple[NDArray[np.float32], float]]
+
 
 def as_stored(weights: NDArray[np.float32]) -> NDArray[np.float32]:
     """Weight maps ``(h, R, N, w)`` as a pack gives them back, ``(N, h, w, R)``."""
@@ -37,8 +40,12 @@ def as_stored(weights: NDArray[np.float32]) -> NDArray[np.float32]:
     return quantise_weights(by_rows(lambda rows: turned[:, rows], turned.shape, np.float32, axis=1)).values
 
 
-def best_differences(samples: Samples, stored: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def best_differences(
+    samples: Samples, stored: NDArray[np.float32], locked: Mapping[int, NDArray[np.float32]] | None = None
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """The difference textures, rounded to what a pack stores, that fit best to stored weight maps ``(N, h, w, R)``.
+
+    Textures ``(H, W, C)`` of ``locked`` slots stay as they are; their range says nothing.
 
     Returns
     -------
@@ -47,9 +54,20 @@ def best_differences(samples: Samples, stored: NDArray[np.float32]) -> tuple[NDA
     """
     turned = stored.transpose(1, 3, 0, 2)
     weights = by_rows(lambda rows: turned[rows], turned.shape, np.float32)
-    some = thinned(samples, 2) if samples.importance.size > MANY_TEXELS else samples
-    ranges = best_ranges(solve_textures(some, weights), some.importance)
-    return solve_textures(samples, weights, ranges / np.float32(STEPS)), ranges
+    many, locked = samples.importance.size > MANY_TEXELS, locked or {}
+    some = thinned(samples, 2) if many else samples
+    fewer = {slot: texture[1::2, 1::2] if many else texture for slot, texture in locked.items()}
+    ranges = best_ranges(_solved(some, weights, fewer), some.importance)
+    return _solved(samples, weights, locked, ranges / np.float32(STEPS)), ranges
+
+
+def _solved(
+    samples: Samples,
+    weights: NDArray[np.float32],
+    locked: Mapping[int, NDArray[np.float32]],
+    steps: NDArray[np.float32] | None = None,
+) -> NDArray[np.float32]:
+    return solve_around(samples, weights, locked, steps) if locked else solve_textures(samples, weights, steps)
 
 
 def fit_weights(
@@ -59,6 +77,8 @@ def fit_weights(
     smoothness: float = SMOOTHNESS,
     components: NDArray[np.float32] | None = None,
     nonnegative: bool = False,
+    locked: Sequence[Mapping[int, NDArray[np.float32]]] | None = None,
+    sparse: int | None = None,
 ) -> NDArray[np.float32]:
     """Weight maps ``(h, R, N, w)`` of the refined fit, in floating point, shared by several maps of one tile.
 
@@ -71,24 +91,45 @@ def fit_weights(
     smoothness : of the weights, as a part of the system's mean diagonal.
     components : ``(N, R)`` uniform weights to start from; None for PCA's of these maps.
     nonnegative : whether weights lie in 0..1, the largest of each slot at 1; otherwise they are free.
+    locked : of each map, the textures ``(H, W, C)`` of some slots that stay as they are. Weights that are not negative
+        are then left as large as they are. A fit without those slots is the start: none is lost by them.
+    sparse : how many slots an expression may use; all where None.
     """
     height, width, _ = maps[0].neutral.shape
     few = [thinned(samples, weight_scale // 2) for samples in maps]
     grid = -(-height // weight_scale), -(-width // weight_scale)
     if components is None:
         components = principal_weights(few, slots)
-    if nonnegative:
-        weights = previous = uniform(larger_sides(components), grid)
+    if locked and any(locked):
+        weights = _started(maps, slots, weight_scale, smoothness, components, nonnegative, locked)
+    elif nonnegative:
+        weights = uniform(larger_sides(components), grid)
     else:
-        weights = previous = balanced_start(few, components, grid)
-    solve = solve_nonnegative if nonnegative else solve_weights
-    unit, explained_before, age = 0.0, -np.inf, 0
+        weights = balanced_start(few, components, grid)
     count = alternations(height * width)
+    solve = solve_nonnegative if nonnegative else solve_weights
+    weights = _alternated(maps, weights, count, solve, smoothness, nonnegative, locked)
+    if sparse is not None:
+        weights = _sparse(maps, weights, sparse, count, smoothness, nonnegative, locked)
+    return at_most_one(weights)[0] if nonnegative and not locked else weights
+
+
+def _alternated(
+    maps: Sequence[Samples],
+    weights: NDArray[np.float32],
+    count: int,
+    solve: Solve,
+    smoothness: float,
+    nonnegative: bool,
+    locked: Sequence[Mapping[int, NDArray[np.float32]]] | None,
+) -> NDArray[np.float32]:
+    """Textures and weights in turn, ``count`` times, from ``weights``."""
+    previous, unit, explained_before, age = weights, 0.0, -np.inf, 0
     for _ in track(range(count), "Refining", count):
         # Nesterov's momentum: far fewer alternations reach the same error.
         ahead = _extrapolated(weights, previous, age / (age + 2), 0 if nonnegative else -np.inf)
         age += 1
-        system = joint_system(maps, ahead)
+        system = _system(maps, ahead, locked)
         unit = unit or system.mean_diagonal
         system.regularise(unit, smoothness)
         previous = weights
@@ -97,7 +138,71 @@ def fit_weights(
             # Momentum went past the goal: forget it.
             previous, age = weights, 0
         explained_before = explained
-    return _at_most_one(weights) if nonnegative else weights
+    return weights
+
+
+def _system(
+    maps: Sequence[Samples],
+    weights: NDArray[np.float32],
+    locked: Sequence[Mapping[int, NDArray[np.float32]]] | None,
+) -> WeightSystem:
+    """The weights' equations under the best textures, those that are locked among them."""
+    if not locked:
+        return joint_system(maps, weights)
+    around = [_solved(samples, weights, fixed) for samples, fixed in zip(maps, locked, strict=True)]
+    return joint_system(maps, weights, around)
+
+
+def _sparse(
+    maps: Sequence[Samples],
+    weights: NDArray[np.float32],
+    most: int,
+    count: int,
+    smoothness: float,
+    nonnegative: bool,
+    locked: Sequence[Mapping[int, NDArray[np.float32]]] | None,
+) -> NDArray[np.float32]:
+    """Weights that use ``most`` slots an expression: each gives up the one that does least in it, and is refined again,
+    until no more are left.
+    """
+    _, slots, expressions, _ = weights.shape
+    used = np.ones((slots, expressions), bool)
+    for _ in range(slots - most):
+        diagonal = np.einsum("hiiw->hiw", _system(maps, weights, locked).matrix[:, :, :, 4])
+        energy = np.einsum("hiw,hinw->in", diagonal, np.square(weights), dtype=np.float64)
+        used[np.where(used, energy, np.inf).argmin(axis=0), np.arange(expressions)] = False
+        high = np.where(used, np.float32(np.inf), np.float32(0))
+        low = np.zeros_like(high) if nonnegative else -high
+        weights = by_rows(partial(_kept, weights, used), weights.shape, np.float32)
+        weights = _alternated(
+            maps, weights, count, partial(solve_bounded, low=low, high=high), smoothness, nonnegative, locked
+        )
+    return weights
+
+
+def _kept(weights: NDArray[np.float32], used: NDArray[np.bool_], rows: slice) -> NDArray[np.float32]:
+    return weights[rows] * used[:, :, None]
+
+
+def _started(
+    maps: Sequence[Samples],
+    slots: int,
+    weight_scale: int,
+    smoothness: float,
+    components: NDArray[np.float32],
+    nonnegative: bool,
+    locked: Sequence[Mapping[int, NDArray[np.float32]]],
+) -> NDArray[np.float32]:
+    """The weights of a fit without the slots in which something is locked; there they are zero."""
+    taken = {slot for each in locked for slot in each}
+    free = [slot for slot in range(slots) if slot not in taken]
+    height, width, _ = maps[0].neutral.shape
+    shape = (-(-height // weight_scale), slots, len(components), -(-width // weight_scale))
+    weights: NDArray[np.float32] = memory.zeros(shape, np.float32)
+    if free:
+        first = np.ascontiguousarray(components[:, : len(free)])
+        weights[:, free] = fit_weights(maps, len(free), weight_scale, smoothness, first, nonnegative)
+    return weights
 
 
 def alternations(texels: int) -> int:
@@ -192,8 +297,8 @@ def _extrapolated(
     return by_rows(ahead, weights.shape, np.float32)
 
 
-def _at_most_one(weights: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Each slot of weights ≥ 0 scaled until its largest is 1: its textures are fitted to that."""
+def at_most_one(weights: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Each slot of weights ≥ 0 scaled until its largest is 1, for textures that are fitted to that; and what it was."""
     largest = np.max(map_rows(lambda top, bottom: weights[top:bottom].max(axis=(0, 2, 3)), len(weights)), axis=0)
-    unit = np.where(largest > 0, largest, np.float32(1))[:, None, None]
-    return by_rows(lambda rows: weights[rows] / unit, weights.shape, np.float32)
+    unit = np.where(largest > 0, largest, np.float32(1))
+    return by_rows(lambda rows: weights[rows] / unit[:, None, None], weights.shape, np.float32), unit

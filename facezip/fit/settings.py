@@ -24,6 +24,7 @@ class Settings:
     seed : of every random choice.
     nonnegative : whether weights are positive or zero, at most 1, so that differences are only ever added (refined,
         masks).
+    sparse : how many difference textures an expression may use, at least 1; all where None (refined).
     """
 
     differences: int = 4
@@ -32,6 +33,7 @@ class Settings:
     restarts: int = 100
     seed: int = 0
     nonnegative: bool = False
+    sparse: int | None = None
 
     def check(self, method: str) -> None:
         """Raise ``BAD_VALUE`` for a method that there is not, or a setting outside its range."""
@@ -50,6 +52,11 @@ class Settings:
             raise FaceZipError(ErrorCode.BAD_VALUE, f"weight scale {self.weight_scale}: must be one of {WEIGHT_SCALES}")
         if self.nonnegative and "nonnegative" not in USED[method]:
             raise FaceZipError(ErrorCode.BAD_VALUE, f"nonnegative: method {method} cannot; use refined or masks")
+        if self.sparse is not None and "sparse" not in USED[method]:
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"sparse: method {method} cannot; use refined")
+        if self.sparse is not None and not 1 <= self.sparse <= self.differences:
+            reason = f"must lie in 1..{self.differences}, the number of difference textures"
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"sparse {self.sparse}: {reason}")
         if method.startswith("paper") and self.differences != PAPER_DIFFERENCES:
             raise FaceZipError(
                 ErrorCode.BAD_VALUE,
@@ -60,7 +67,7 @@ class Settings:
 _OF_THE_PAPER = ("differences", "weight_scale", "masks", "seed")
 # By method, the settings that it uses.
 USED: dict[str, tuple[str, ...]] = {
-    "refined": ("differences", "weight_scale", "nonnegative"),
+    "refined": ("differences", "weight_scale", "nonnegative", "sparse"),
     "paper": (*_OF_THE_PAPER, "restarts"),
     "paper-optimised": _OF_THE_PAPER,
     "paper-unpermuted": _OF_THE_PAPER,
@@ -71,5 +78,9 @@ USED: dict[str, tuple[str, ...]] = {
 
 def made_with(method: str, settings: Mapping[str, Any]) -> dict[str, Any]:
     """The method, and those of the settings that it uses, but for what is off: what a pack states of its making."""
-    used = {name: value for name, value in settings.items() if name in USED[method] and value is not False}
+    used = {
+        name: value
+        for name, value in settings.items()
+        if name in USED[method] and value is not False and value is not None
+    }
     return {"method": method, **used}

@@ -19,6 +19,8 @@ along a row (:mod:`facezip.pack.sampling`), top to bottom, so that what lies bet
 before it is shared out.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -28,7 +30,7 @@ from facezip.fit.accumulation import accumulate_run, clear, collect_run, no_sums
 from facezip.fit.cholesky import factor_run, round_run, substitute_run
 from facezip.fit.weights import WeightSystem
 from facezip.machine import memory
-from facezip.machine.rows import each_block, map_rows
+from facezip.machine.rows import by_rows, each_block, map_rows
 from facezip.pack.sampling import RUN, Grid, bilinear_grid, expand_rows, mix_rows, read_run, same_rows
 
 # ρ as a part of the mean trace of a texel's system: bounds a texture where all weights are small.
@@ -97,6 +99,29 @@ def solve_texture(
     exact = np.zeros((len(textures), texture.shape[2]), np.float32)
     _solve_rows(samples, weights, textures, slot, exact, texture[None])
     return texture
+
+
+def solve_around(
+    samples: Samples,
+    weights: NDArray[np.float32],
+    locked: Mapping[int, NDArray[np.float32]],
+    steps: NDArray[np.float32] | None = None,
+) -> NDArray[np.float32]:
+    """As :func:`solve_textures`, around textures ``(H, W, C)`` of some slots that stay as they are."""
+    height, width, channels = samples.neutral.shape
+    slots = weights.shape[1]
+    # Those that are given come last, since a texel's system is solved from the last slot to the first.
+    order = [*(slot for slot in range(slots) if slot not in locked), *locked]
+    textures: NDArray[np.float32] = memory.empty((slots, height, width, channels), np.float32)
+    for place, slot in enumerate(order):
+        if slot in locked:
+            textures[place] = locked[slot]
+    exact = np.zeros((slots, channels), np.float32)
+    turned = by_rows(lambda rows: weights[rows][:, order], weights.shape, np.float32)
+    free = textures[: slots - len(locked)]
+    if len(free):
+        _solve_rows(samples, turned, textures, 0, exact if steps is None else steps[order], free)
+    return textures[np.argsort(order)]
 
 
 def _solve_rows(

@@ -32,12 +32,14 @@ class Part:
     bits : 8 or 16 a channel, which keep what the scans' neutral held.
     difference_range : ``(R, C)`` float32, the largest value of a difference texture that a pack has to hold where the
         fit chose one; None for the largest there is.
+    locked : slots whose values are the bytes that somebody gave, down to a byte of 0, with their range.
     """
 
     neutral: NDArray[np.float32]
     differences: NDArray[np.float32]
     bits: int = 8
     difference_range: NDArray[np.float32] | None = None
+    locked: frozenset[int] = frozenset()
 
 
 @dataclass(frozen=True, eq=False)

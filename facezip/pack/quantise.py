@@ -118,7 +118,9 @@ def quantise_part(part: Part, kind: Map) -> StoredPart:
     # Kernels read rows as they lie.
     values = np.require(part.differences, requirements="C")
     differences: NDArray[np.uint8] = memory.empty(values.shape, np.uint8)
-    map_rows(lambda top, bottom: _round_differences(top, bottom, values, ranges, differences), len(differences[0]))
+    # A byte of 0 is a step beyond the range, which no fit needs, but a painted layer may have.
+    low = np.array([-ZERO if slot in part.locked else -STEPS for slot in range(len(values))], np.float32)
+    map_rows(lambda top, bottom: _round_differences(top, bottom, values, ranges, low, differences), len(differences[0]))
     return StoredPart(packed_neutral(part.neutral, kind, part.bits), differences, ranges * np.float32(255 / STEPS))
 
 
@@ -175,7 +177,12 @@ def best_ranges(differences: NDArray[np.float32], importance: NDArray[np.float32
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _round_differences(
-    top: int, bottom: int, values: NDArray[np.float32], ranges: NDArray[np.float32], out: NDArray[np.uint8]
+    top: int,
+    bottom: int,
+    values: NDArray[np.float32],
+    ranges: NDArray[np.float32],
+    low: NDArray[np.float32],
+    out: NDArray[np.uint8],
 ) -> None:
     slots, _, width, channels = values.shape
     # Flat rows, with a factor beside every value, fill vector registers; three channels do not.
@@ -187,7 +194,7 @@ def _round_differences(
             row, target = values[i, y].reshape(-1), out[i, y].reshape(-1)
             for k in range(width * channels):
                 step = np.rint(row[k] * per_unit[k])
-                target[k] = np.uint8(min(max(step, np.float32(-STEPS)), np.float32(STEPS)) + np.float32(ZERO))
+                target[k] = np.uint8(min(max(step, low[i]), np.float32(STEPS)) + np.float32(ZERO))
 
 
 @njit(cache=True, nogil=True)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.maps import Map
+from facezip.character.meshes import Meshes
 from facezip.character.scans import check_names
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.glb import GlbFault
@@ -36,7 +37,7 @@ from facezip.pack.manifest import (
 from facezip.pack.masked import MaskedWeights
 from facezip.pack.model import CompressedTextures
 from facezip.pack.parsing import MAX_BYTES
-from facezip.pack.quantise import ZERO, StoredPart, quantise_part, quantise_weights
+from facezip.pack.quantise import ZERO, StoredPart, StoredWeights, quantise_part, quantise_weights
 from facezip.pack.verification import is_pack, stored
 
 
@@ -71,14 +72,14 @@ def write_pack(
     check_names(model.expressions, path)
     with whole_folder(path, overwrite, is_pack) as folder:
         tiles = tuple(_write_tile(model, tile, folder) for tile in model.tiles)
-        geometry = _write_geometry(model, name or "head", folder)
-        masks = _write_activations(model.masked, folder) if model.masked else None
+        geometry = write_geometry(model.meshes, model.expressions, name or "head", folder)
+        masks = write_activations(model.masked, folder) if model.masked else None
         files = {file.name: stored(file) for file in sorted(folder.iterdir())}
         manifest = _manifest(model, name, tiles, geometry, masks, dict(made_with or {}), files)
-        (folder / FILE_NAME).write_bytes(_content(path, manifest))
+        (folder / FILE_NAME).write_bytes(checked_content(path, manifest))
 
 
-def _content(path: Path, manifest: Manifest) -> bytes:
+def checked_content(path: Path, manifest: Manifest) -> bytes:
     """The manifest's bytes, if a reader will take them."""
     wrong = first_out_of_range(manifest)
     content = b"" if wrong else manifest.to_bytes()
@@ -101,21 +102,24 @@ def _write_tile(model: CompressedTextures, tile: int, folder: Path) -> TileEntry
             file: _as_image(texels, kind) for file, texels in zip(entry.differences, part.differences, strict=True)
         }
         textures.append(entry)
-    weights = _masks(model.masked, tile, images) if model.masked else _weights(model.weights[tile], tile, images)
+    weights = (
+        _masks(model.masked, tile, images)
+        if model.masked
+        else weights_entry(quantise_weights(model.weights[tile]), tile, images)
+    )
     with ThreadPoolExecutor(cores()) as pool:
         list(pool.map(lambda file: write_texture(folder / file, images[file]), images))
     return replace(weights, textures=tuple(textures))
 
 
-def _weights(maps: NDArray[np.float32], tile: int, images: dict[str, Texels]) -> TileEntry:
+def weights_entry(weights: StoredWeights, tile: int, images: dict[str, Texels]) -> TileEntry:
     """A tile without its textures; adds the atlas of every four slots to ``images``, none for uniform weights."""
-    weights = quantise_weights(maps)
     columns = 1 if weights.uniform else columns_of(len(weights.texels))
     layers = {} if weights.uniform else dict(_layers(weights.texels, columns, tile))
     images |= layers
     return TileEntry(
         number=tile,
-        weight_size=(maps.shape[1], maps.shape[2]),
+        weight_size=(weights.texels.shape[1], weights.texels.shape[2]),
         weight_columns=columns,
         weight_span=tuple(map(float, weights.span)),
         weight_offset=tuple(map(float, weights.offset)),
@@ -125,7 +129,7 @@ def _weights(maps: NDArray[np.float32], tile: int, images: dict[str, Texels]) ->
 
 
 def _masks(masked: MaskedWeights, tile: int, images: dict[str, Texels]) -> TileEntry:
-    """As :func:`_weights`, of masks: an atlas of them by four."""
+    """As :func:`weights_entry`, of masks: an atlas of them by four."""
     masks, slots = masked.masks[tile], masked.activations.shape[2]
     size = masks.shape[1], masks.shape[2]
     padded = np.pad(masks, ((0, -len(masks) % SLOTS_PER_LAYER), (0, 0), (0, 0)))
@@ -135,7 +139,8 @@ def _masks(masked: MaskedWeights, tile: int, images: dict[str, Texels]) -> TileE
     return TileEntry(tile, size, columns, (1.0,) * slots, (0.0,) * slots, weights=(), textures=())
 
 
-def _write_activations(masked: MaskedWeights, folder: Path) -> MasksEntry:
+def write_activations(masked: MaskedWeights, folder: Path) -> MasksEntry:
+    """Write them; the entry of the manifest."""
     masked.activations.astype("<f2").tofile(folder / ACTIVATIONS_FILE)
     files = tuple(f"masks.{tile}.png" for tile in sorted(masked))
     return MasksEntry(masked.names, files, ACTIVATIONS_FILE, masked.clamped)
@@ -169,12 +174,14 @@ def _as_image(difference: NDArray[np.uint8], kind: Map) -> NDArray[np.uint8]:
     return by_rows(padded, (*difference.shape[:2], 3), np.uint8)
 
 
-def _write_geometry(model: CompressedTextures, name: str, folder: Path) -> GeometryEntry | None:
-    meshes = model.meshes
+def write_geometry(
+    meshes: Meshes | None, expressions: tuple[str, ...], name: str, folder: Path
+) -> GeometryEntry | None:
+    """Write ``head.glb``, where there are meshes; the entry of the manifest."""
     if meshes is None:
         return None
     try:
-        content = head_bytes(name, meshes.topology, meshes.neutral, meshes.vertices, model.expressions)
+        content = head_bytes(name, meshes.topology, meshes.neutral, meshes.vertices, expressions)
     except (GlbFault, ValueError) as fault:
         raise FaceZipError(ErrorCode.BAD_VALUE, f"{folder}: its meshes cannot be stored: {fault}") from None
     (folder / HEAD_FILE).write_bytes(content)

@@ -1,0 +1,79 @@
+"""``facezip extend``: new expressions under the difference textures of a pack."""
+
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+from facezip.commands import options
+from facezip.commands.words import memory_words
+from facezip.fit.extending import extend_into, per_expression
+from facezip.machine.memory import beside, limited
+
+# A smaller share of weights at the end of their range is not worth a word.
+LEAST_CUT = 0.005
+
+
+@click.command("extend")
+@click.argument("pack", type=options.FOLDER)
+@click.argument("character", type=options.FOLDER)
+@click.option(
+    "-o", "--output", type=options.FOLDER, required=True, metavar="PACK", help="Folder NAME.facezip to write."
+)
+@click.option(
+    "--quick", is_flag=True, help="Leave out the fit of all expressions that tells what the new ones lose without one."
+)
+@options.memory
+@options.overwrite
+@options.as_json
+def command(
+    pack: Path, character: Path, output: Path, quick: bool, memory: int | None, overwrite: bool, as_json: bool
+) -> None:
+    """Add the expressions of CHARACTER that PACK lacks, under the difference textures that it has.
+
+    Only weights are solved. Neutrals, difference textures and the weights of the old expressions keep every byte, so
+    that what has been shipped serves on; head.glb gets a morph target for each new expression. CHARACTER has the
+    neutral, mesh and maps that PACK was made from, and two expressions or more; those that PACK has are left as they
+    are in it.
+
+    What textures cannot show that were made without an expression, its weights cannot make up for: what each one loses
+    against a fit of all is said, and a fit is advised where that is much.
+    """
+    with limited(memory, beside(output)):
+        document = extend_into(pack, character, output, overwrite, quick, lambda line: print(line, file=sys.stderr))
+    options.answer(document, as_json, lambda: _lines(document))
+
+
+def _lines(document: Mapping[str, Any]) -> list[str]:
+    added, kept = document["added"], document["kept"]
+    verb = "stays as it is" if len(kept) == 1 else "stay as they are"
+    stay = f"; {', '.join(kept)} {verb}" if kept else ""
+    blocks, _ = memory_words(document)
+    return [
+        f"{document['pack']}: {len(added)} new of {len(document['expressions'])} expressions{stay}, "
+        f"{document['seconds']:.1f} s",
+        *(f"  {name:<10} {_words(document, name)}" for name in added),
+        *_advice(document["advised"]),
+        f"  GPU        {blocks}",
+    ]
+
+
+def _words(document: Mapping[str, Any], name: str) -> str:
+    """The errors of a new expression, map by map, beside those of a fit of all where there was one."""
+    full, parts = document["full_fit"], []
+    for kind, found in document["errors"].items():
+        beside = f", {per_expression(full[kind])[name]:.2f} with a fit of all" if full else ""
+        parts.append(f"{kind} {per_expression(found)[name]:.2f}{beside}")
+    cut = document["cut"][name]
+    bounded = f"; {cut:.0%} of its weights at the end of the old ones' range" if cut >= LEAST_CUT else ""
+    return "; ".join(parts) + bounded
+
+
+def _advice(losing: Sequence[str]) -> list[str]:
+    if not losing:
+        return []
+    some = ", ".join(losing[:3]) + (", …" if len(losing) > 3 else "")
+    verb = "loses" if len(losing) == 1 else "lose"
+    return [f"  advice     {some} {verb} much: compress all scans again once textures may change"]

@@ -1,0 +1,43 @@
+"""``facezip layers``: a page of what every layer, mask and activation of a pack does."""
+
+import shlex
+from pathlib import Path
+from typing import Any
+
+import click
+
+from facezip.commands import options
+from facezip.files.writing import whole_folder
+from facezip.pack.facts import pack_facts
+from facezip.pack.parsing import read_manifest
+from facezip.pack.read import read_pack
+
+
+@click.command("layers")
+@click.argument("pack", type=options.FOLDER)
+@click.option("-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder for the page.")
+@options.overwrite
+@options.as_json
+def command(pack: Path, output: Path, overwrite: bool, as_json: bool) -> None:
+    """Make a page that shows what every layer, weight map, mask and activation of PACK does in which expression.
+
+    Layers are named by the parts of the face that they change most, and sorted by how much; expressions stand with the
+    layer that makes most of them. DIR/index.html is one file, DIR/layers.json has its numbers.
+    """
+    from reports.layers.report import DATA, describe_and_write
+
+    model = read_pack(pack)
+    facts = pack_facts(pack, read_manifest(pack))
+    call = f"facezip layers {shlex.quote(str(pack))} -o {shlex.quote(str(output))}"
+    with whole_folder(output, overwrite, lambda folder: (folder / DATA).is_file()) as folder:
+        document = describe_and_write(model, facts, call, folder)
+    options.answer(document, as_json, lambda: _lines(document, output))
+
+
+def _lines(document: dict[str, Any], output: Path) -> list[str]:
+    lines = []
+    for layer in document["layers"]:
+        uses = ", ".join(f"{use['name']} {use['level']:.2f}" for use in layer["expressions"][:3])
+        lines.append(f"layer {layer['layer']}: {layer['name']}; most in {uses} (levels of 255)")
+    masks = [mask["name"] for mask in document["masks"][:3]]
+    return [*lines, *([f"masks that do most: {', '.join(masks)}"] if masks else []), f"{output / 'index.html'}"]

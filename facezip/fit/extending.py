@@ -1,0 +1,151 @@
+"""``facezip extend`` as one call: new expressions into a pack, and what each loses against a fit of all."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from facezip.character.alignment import alignments, misregistered, undecided
+from facezip.character.loading import load_character
+from facezip.character.scans import Character
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.reading import undisturbed
+from facezip.files.writing import check_target
+from facezip.fit.extension import beside_neutral_of, extended
+from facezip.fit.full import full_fit_errors
+from facezip.fit.pipeline import registration_warning
+from facezip.names import folded
+from facezip.pack.errors import Errors, pack_errors
+from facezip.pack.extended import write_extended
+from facezip.pack.facts import pack_facts
+from facezip.pack.manifest import Manifest
+from facezip.pack.parsing import read_manifest
+from facezip.pack.quantise import StoredTextures
+from facezip.pack.read import read_stored
+from facezip.pack.same_neutral import check_same_neutral
+from facezip.pack.verification import is_pack, verify_pack
+
+# A fit of all is advised for an expression that would lose less than two thirds of its error there, and half a level.
+MUCH, MUCH_IN_LEVELS = 1.5, 0.5
+PER_EXPRESSION = ("rmse_per_expression", "angular_error_per_expression")
+
+
+def extend_into(
+    pack: Path,
+    character: Path,
+    output: Path,
+    overwrite: bool = False,
+    quick: bool = False,
+    warn: Callable[[str], None] = lambda _: None,
+) -> dict[str, Any]:
+    """Add the expressions of a character that a pack lacks, under the textures that it has, and measure them.
+
+    Parameters
+    ----------
+    pack, character, output, overwrite : as on the command line.
+    quick : whether the fit of all expressions, beside which the new ones are judged, is left out.
+    warn : is told which expressions are misregistered, if any.
+
+    Returns
+    -------
+    The facts of the pack; ``added`` and ``kept`` names; ``errors`` of the new ones by map; ``full_fit``, the same of a
+    fit of all, or None; ``loss`` by map and name, how much of the error that fit would take away; ``cut``, the share of
+    each one's weights that the range of the pack's bounds; ``advised``, for whom a fit of all is worth its while.
+
+    Raises
+    ------
+    FaceZipError
+        What is wrong with pack or scans; ``BAD_VALUE`` where nothing is new; ``CANNOT_WRITE``.
+    """
+    start = perf_counter()
+    check_target(output, overwrite, is_pack)
+    before, stored = undisturbed(pack, lambda: _read(pack))
+    model = stored.dequantised()
+    maps = tuple(kind.name for kind in stored.maps)
+    scans = load_character(character, maps=maps)
+    check_same_neutral(scans, stored, model, pack)
+    kept, added = _names(pack, stored, scans)
+    found = alignments(scans, added)
+    off, unknown = misregistered(found), undecided(found)
+    if off or unknown:
+        warn(registration_warning(character, off, unknown))
+    scans = beside_neutral_of(stored, scans)
+    new, weights = _only(scans, added), _map_weights(before)
+    whole, cut = extended(stored, model, new, weights)
+    earlier = before.made_with.get("extended_by")
+    made = {"extended_by": [*(earlier if isinstance(earlier, tuple) else ()), *added]}
+    write_extended(pack, before, whole, output, made_with=made, overwrite=overwrite)
+    errors = pack_errors(new, output)
+    full = None
+    if not quick:
+        full = full_fit_errors(model, scans, new, before.made_with.get("nonnegative") is True, weights)
+    return {
+        **pack_facts(output, read_manifest(output)),
+        "pack": str(output),
+        "added": list(added),
+        "kept": list(kept),
+        "errors": errors,
+        "full_fit": full,
+        "loss": full and {name: _loss(errors[name], full[name]) for name in errors},
+        "cut": cut,
+        "advised": [name for name in added if full and _much(errors, full, name)],
+        "misregistered": off,
+        "unknown": unknown,
+        "region": "mask" if scans.masked else "whole texture",
+        "seconds": round(perf_counter() - start, 3),
+    }
+
+
+def _read(pack: Path) -> tuple[Manifest, StoredTextures]:
+    manifest = verify_pack(pack)
+    return manifest, read_stored(pack, manifest)
+
+
+def _names(pack: Path, stored: StoredTextures, scans: Character) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Those that the pack has, which stay as they are, and those that it lacks."""
+    kept = tuple(name for name in scans.expressions if name in stored.expressions)
+    added = tuple(name for name in scans.expressions if name not in stored.expressions)
+    alike = {folded(name): name for name in stored.expressions}
+    for name in added:
+        if folded(name) in alike:
+            there = f"has '{alike[folded(name)]}', and {scans.name} '{name}': many file systems take them for one"
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"{pack}: {there}; rename one")
+    if not added:
+        reason = f"has all {len(kept)} expressions of {scans.name} already; nothing to add"
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"{pack}: {reason}")
+    return kept, added
+
+
+def _only(scans: Character, names: tuple[str, ...]) -> Character:
+    """The scans of some expressions."""
+    chosen = [scans.index(name) for name in names]
+    stacks = {key: replace(stack, textures=stack.textures[chosen]) for key, stack in scans.stacks.items()}
+    return replace(
+        scans, expressions=names, meshes=replace(scans.meshes, vertices=scans.meshes.vertices[chosen]), stacks=stacks
+    )
+
+
+def _map_weights(before: Manifest) -> dict[str, float]:
+    """What the pack says of how much maps count, as far as it is of any use: it is written for people."""
+    stated = before.made_with.get("map_weights")
+    names = {entry.name for entry in before.maps}
+    pairs = stated.items() if isinstance(stated, Mapping) else ()
+    return {name: float(w) for name, w in pairs if name in names and type(w) in (int, float) and 0 < w <= 1e6}
+
+
+def per_expression(found: Mapping[str, Any]) -> dict[str, float]:
+    """The errors of one map, by expression, in its own unit."""
+    each: dict[str, float] = next(found[key] for key in PER_EXPRESSION if key in found)
+    return each
+
+
+def _loss(ours: Mapping[str, Any], full: Mapping[str, Any]) -> dict[str, float]:
+    theirs = per_expression(full)
+    return {name: error - theirs[name] for name, error in per_expression(ours).items()}
+
+
+def _much(errors: Errors, full: Errors, name: str) -> bool:
+    """Of any map, in levels of 255 or in degrees."""
+    pairs = [(per_expression(errors[kind])[name], per_expression(full[kind])[name]) for kind in errors]
+    return any(ours > MUCH * theirs and ours - theirs > MUCH_IN_LEVELS for ours, theirs in pairs)
