@@ -13,6 +13,8 @@ from facezip.errors import FaceZipError
 from facezip.files.bands import BAND
 from facezip.files.opening import opened
 
+SIGNATURE = b"\x89PNG\r\n\x1a\n"
+
 
 def has_arrived(path: Path, band: Callable[[int, int], NDArray[Any]]) -> bool:
     """Whether a file is whole: a PNG by its own checksums, any other by its texels.
@@ -24,7 +26,7 @@ def has_arrived(path: Path, band: Callable[[int, int], NDArray[Any]]) -> bool:
     """
     if path.suffix.lower() == ".png":
         with open(path, "rb") as file:
-            return _is_whole(iter(lambda: file.read(8), b""), file.read)
+            return file.read(8) == SIGNATURE and _is_whole(iter(lambda: file.read(8), b""), file.read)
     try:
         with opened(path) as image:
             return all(
@@ -40,7 +42,6 @@ def _are_rows(image: Any, top: int, expected: NDArray[Any]) -> bool:
     height, width, channels = expected.shape
     kind = str(expected.dtype).replace("float32", "float")
     read = image.read_scanlines(top, top + height, 0, 0, channels, kind)
-    # Compressed rows that are cut off may come as zeros.
     return read is not None and np.array_equal(
         np.reshape(read, (height, width, channels)), expected, equal_nan=expected.dtype.kind == "f"
     )
@@ -48,8 +49,7 @@ def _are_rows(image: Any, top: int, expected: NDArray[Any]) -> bool:
 
 def _is_whole(heads: Iterable[bytes], read: Callable[[int], bytes]) -> bool:
     """Whether chunks, of which ``heads`` are the first 8 bytes, have the checksums that they state, to the last one."""
-    next(iter(heads), None)
-    kind = b""
+    kind, pixels = b"", False
     for head in heads:
         if len(head) < 8 or kind == b"IEND":
             return False
@@ -57,4 +57,5 @@ def _is_whole(heads: Iterable[bytes], read: Callable[[int], bytes]) -> bool:
         content, checksum = read(length), read(4)
         if len(content) < length or int.from_bytes(checksum, "big") != zlib.crc32(content, zlib.crc32(kind)):
             return False
-    return kind == b"IEND"
+        pixels = pixels or kind == b"IDAT"
+    return pixels and kind == b"IEND"

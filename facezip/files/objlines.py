@@ -212,5 +212,6 @@ def _ends_blank(part: bytes) -> bool:
 
 
 def _shown(word: bytes) -> str:
-    text = word.decode("utf-8", "replace")
+    # A word has no blanks: what looks like one is what is wrong with it.
+    text = re.sub(r"\s", lambda blank: ascii(blank[0])[1:-1], word.decode("utf-8", "replace"))
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}…"
