@@ -9,6 +9,7 @@ from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 
 from facezip import FaceZipError
@@ -16,7 +17,7 @@ from facezip.blocks.basis import find_package
 from facezip.cli import main
 from facezip.errors import ErrorCode, ExitCode
 from facezip.export import TARGETS
-from facezip.files.images import read_texture_exactly
+from facezip.files.images import read_texture_exactly, write_texture
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
 from facezip.viewer.build import BUNDLE
@@ -272,7 +273,22 @@ def test_without_an_animation_every_expression_has_a_frame(run, pack, tmp_path):
     assert len([*(tmp_path / "out").glob("*.exr")]) == 1 + len(NASTY)
 
 
+def test_the_gain_of_a_region_is_a_column_of_an_animation(run, pack, tmp_path):
+    """Weights are turned down as much as the region's mask says, and nowhere else."""
+    (tmp_path / "frames.csv").write_text(f"{NASTY[1]},gains.regions.chin\n1,1\n1,0.25\n1,0\n", encoding="utf-8")
+    write_texture(tmp_path / "chin.png", np.random.default_rng(0).integers(0, 256, (40, 24, 1), np.uint8))
+    options = ("--animation", tmp_path / "frames.csv", "--region", f"chin={tmp_path / 'chin.png'}")
+    assert run("export", pack, "--to", "usd", *options, "-o", tmp_path / "out")[0] == 0
+    whole, quarter, none = (
+        oiio.ImageBuf(str(tmp_path / "out" / f"weights_0.{n:04d}.exr")).get_pixels() for n in range(3)
+    )
+    mask = read_texture_exactly(tmp_path / "out" / "regions.png")[..., :1] / 255
+    np.testing.assert_allclose(none, whole * (1 - mask), atol=1e-6)
+    np.testing.assert_allclose(quarter, whole * (1 - 0.75 * mask), atol=1e-6)
+
+
 ANIMATIONS = {
+    "unknown region": ("gains.regions.chin\n1\n", "no region 'chin'"),
     "unknown name": ("smile\n1\n", "no expression 'smile'"),
     "too few numbers": (f"{NASTY[1]},{NASTY[3]}\n0,1\n0\n", "row 2 of weights is not 2 numbers"),
     "no number": (f"{NASTY[1]}\nmuch\n", "row 1 of weights is not 1 numbers"),

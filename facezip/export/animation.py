@@ -12,9 +12,10 @@ from facezip.errors import ErrorCode, FaceZipError
 from facezip.export.source import Tile
 from facezip.pack.model import MAX_BLEND
 
-# β by name; what is not named is zero. With GAIN in front of a name, how strongly it changes textures: else 1.
+# β by name; what is not named is zero. With GAIN in front of a name, how strongly it changes textures, and with REGION,
+# how strongly all that do change that region of the face: else 1.
 Frame = Mapping[str, float]
-GAIN = "gains.expressions."
+GAIN, REGION = "gains.expressions.", "gains.regions."
 
 
 def every_expression(expressions: Sequence[str]) -> list[Frame]:
@@ -45,20 +46,29 @@ def read_animation(path: Path) -> list[Frame]:
     return [_frame(path, number, names, row) for number, row in enumerate(rows, 1)]
 
 
-def check(frames: Sequence[Frame], expressions: Sequence[str], whose: str) -> None:
-    """Raise ``UNKNOWN_NAME`` or ``BAD_VALUE`` for the first frame that a pack cannot show."""
+def check(frames: Sequence[Frame], expressions: Sequence[str], regions: Sequence[str], whose: str) -> None:
+    """Raise ``UNKNOWN_NAME`` or ``BAD_VALUE`` for the first frame that a pack, exported with regions, cannot show."""
+    known = {*expressions, *(GAIN + name for name in expressions), *(REGION + name for name in regions)}
     for frame in frames:
         for name, weight in frame.items():
-            if name.removeprefix(GAIN) not in expressions and name not in expressions:
+            if name.startswith(REGION) and name not in known:
+                region = name.removeprefix(REGION)
+                raise FaceZipError(
+                    ErrorCode.UNKNOWN_NAME, f"{whose}: no region '{region}'; add --region {region}=mask.png"
+                )
+            if name not in known:
                 raise unknown("expression", name, expressions, whose)
             if not abs(weight) <= MAX_BLEND:
                 raise FaceZipError(ErrorCode.BAD_VALUE, f"weight {weight} of '{name}': must lie within ±{MAX_BLEND}")
 
 
 def blended(tile: Tile, frame: Frame) -> NDArray[np.float32]:
-    """The weight map ``(h, w, R)`` of a frame, Σ_n gain_n · β_n · W_n."""
+    """The weight map ``(h, w, R)`` of a frame, Σ_n gain_n · β_n · W_n, times the gains of regions where those are."""
     beta = np.array([frame.get(GAIN + name, 1.0) * frame.get(name, 0.0) for name in tile.expressions], np.float32)
-    return np.tensordot(beta, tile.sheets[0].weights, axes=1).astype(np.float32)
+    weights = np.tensordot(beta, tile.sheets[0].weights, axes=1).astype(np.float32)
+    for name, mask in zip(tile.regions.names, tile.regions.masks, strict=True):
+        weights *= 1 + np.float32(frame.get(REGION + name, 1.0) - 1) * (mask[..., None] / np.float32(255))
+    return weights
 
 
 def _frame(path: Path, number: int, names: Sequence[str], row: Sequence[str]) -> Frame:

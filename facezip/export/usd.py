@@ -5,7 +5,7 @@ blended beforehand, a small image a frame, and are time samples of the material.
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -38,6 +38,7 @@ def export_usd(
     *,
     maps: str = TOGETHER,
     animation: Path | None = None,
+    region: Mapping[str, Path] | None = None,
     overwrite: bool = False,
 ) -> dict[str, Any]:
     """Export a pack as :class:`facezip.export.folder.Target` does, with an animation.
@@ -46,20 +47,21 @@ def export_usd(
     ----------
     animation : a CSV file (:func:`facezip.export.animation.read_animation`); None for the neutral and every expression,
         a frame each.
+    region : as of :func:`facezip.export.source.read_source`; their gains are columns of the animation.
     """
     frames = read_animation(animation) if animation else None
     target = Target("usd", {"png": PNG}, partial(_write_tile, frames), partial(_write_head, frames))
-    return target(pack, output, maps=maps, overwrite=overwrite)
+    return target(pack, output, maps=maps, region=region, overwrite=overwrite)
 
 
-def _frames(frames: Sequence[Frame] | None, expressions: Sequence[str], whose: str) -> Sequence[Frame]:
-    shown = every_expression(expressions) if frames is None else frames
-    check(shown, expressions, whose)
+def _frames(frames: Sequence[Frame] | None, tile: Tile) -> Sequence[Frame]:
+    shown = every_expression(tile.expressions) if frames is None else frames
+    check(shown, tile.expressions, tile.regions.names, tile.name)
     return shown
 
 
 def _write_tile(frames: Sequence[Frame] | None, tile: Tile, folder: Path) -> None:
-    for n, frame in enumerate(_frames(frames, tile.expressions, tile.name)):
+    for n, frame in enumerate(_frames(frames, tile)):
         weights = blended(tile, frame)
         weights = np.pad(weights, ((0, 0), (0, 0), (0, -weights.shape[2] % SLOTS_PER_LAYER)))
         for layer in range(weights.shape[2] // SLOTS_PER_LAYER):
@@ -72,7 +74,7 @@ def _write_tile(frames: Sequence[Frame] | None, tile: Tile, folder: Path) -> Non
 
 
 def _write_head(frames: Sequence[Frame] | None, source: Source, folder: Path, form: Format) -> None:
-    shown = _frames(frames, source.expressions, source.name)
+    shown = _frames(frames, source.tiles[0])
     words = shader_words(source.tiles[0], GLSL) | {
         "tiles": [tile.layout.number for tile in source.tiles],
         "materials": [_material(tile, source.folder_of(tile, folder) != folder, len(shown)) for tile in source.tiles],
