@@ -69,7 +69,8 @@ def undisturbed(folder: Path, read: Callable[[], Found]) -> Found:
 def _held(folder: Path) -> Iterator[Callable[[], bool]]:
     """Whether the path still stands for what it stands for now: which is open, so that nothing else has its number."""
     try:
-        descriptor = os.open(folder, os.O_RDONLY)
+        # Not waiting: where a folder should be there may be a pipe.
+        descriptor = os.open(folder, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
     except FileNotFoundError:
         yield lambda: not os.path.lexists(folder)
         return

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.reading import undisturbed
 from facezip.files.renaming import Locked, put_in_place, recover, siblings
 
 
@@ -183,6 +184,11 @@ def check_target(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> N
     FaceZipError
         ``CANNOT_WRITE``: it exists, and may not be replaced or holds something else.
     """
+    # Another writer may be about to replace it, too.
+    undisturbed(path, lambda: _check(path, overwrite, ours))
+
+
+def _check(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> None:
     if not path.exists() or (path.is_dir() and not any(path.iterdir())):
         return
     if not overwrite:

@@ -63,7 +63,7 @@ class Packs:
         return other
 
     def write(self, number: int) -> None:
-        write_pack(self.models[number], self.path, name="me", overwrite=self.path.exists())
+        write_pack(self.models[number], self.path, name="me", overwrite=True)
 
     def lost(self) -> str:
         """What is wrong with the pack, if anything: it must read, and be one of the two."""
