@@ -179,7 +179,7 @@ class _Search:
             path = layout.meshes[name]
             with _collected(self.faults):
                 vertices, topology = read_obj(path)
-                check_digits(path, vertices[topology.faces])
+                check_digits(path, vertices, topology)
                 if not layout.numbered:
                     topology, notes = in_unit_square(path, topology, texel)
                     self.notes += notes

@@ -137,7 +137,7 @@ class _Loading:
         path = self._layout.meshes[name]
         faces, tolerance = self._faces, UV_TOLERANCE * self._texel
         vertices, topology = faces.neutral() if name == NEUTRAL else faces.expression(name, tolerance)
-        check_digits(path, vertices[topology.faces])
+        check_digits(path, vertices, topology)
         if not self._layout.numbered:
             topology, notes = in_unit_square(path, topology, self._texel)
             self._notes += (self._layout.note(path, note.words, note.asks) for note in notes)

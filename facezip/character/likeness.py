@@ -42,7 +42,7 @@ def brought_to_neutral(meshes: Meshes, names: tuple[str, ...], path: Path) -> tu
     FaceZipError
         ``BAD_CHARACTER``: a mesh is not of the neutral's size or shape and it is not certain why.
     """
-    used = np.unique(meshes.topology.faces)
+    used = np.flatnonzero(np.bincount(meshes.topology.faces.ravel()))
     used = used[:: max(len(used) // ENOUGH, 1)]
     neutral = meshes.neutral[used].astype(np.float64)
     size = float(np.ptp(neutral, axis=0).max())
@@ -52,7 +52,7 @@ def brought_to_neutral(meshes: Meshes, names: tuple[str, ...], path: Path) -> tu
     origin = _origin(neutral, size, path)
     vertices = meshes.vertices
     for n, name in enumerate(names):
-        found = _brought(neutral, meshes.neutral, vertices[n].astype(np.float64), used, f"{path}: mesh '{name}'")
+        found = _brought(neutral, meshes.neutral, vertices[n], used, f"{path}: mesh '{name}'")
         if found is not None:
             vertices = vertices.copy() if vertices is meshes.vertices else vertices
             vertices[n], words = found
@@ -82,23 +82,28 @@ def _origin(neutral: Points, size: float, path: Path) -> Points | None:
 
 
 def _brought(
-    neutral: Points, all_neutral: NDArray[np.float32], vertices: Points, used: NDArray[np.integer], what: str
-) -> tuple[Points, str] | None:
+    neutral: Points,
+    all_neutral: NDArray[np.float32],
+    vertices: NDArray[np.floating],
+    used: NDArray[np.integer],
+    what: str,
+) -> tuple[NDArray[np.floating], str] | None:
     """An expression's vertices as they should be, and in words why; None where they are."""
     done: list[str] = []
-    motion = motion_between(neutral, vertices[used])
-    if motion.rest > UNLIKE and spread_of(vertices[used]) < SMALL * spread_of(neutral):
-        added = all_neutral + vertices
+    some = vertices[used].astype(np.float64)
+    motion = motion_between(neutral, some)
+    if motion.rest > UNLIKE and spread_of(some) < SMALL * spread_of(neutral):
+        added = all_neutral + vertices.astype(np.float64)
         if motion_between(neutral, added[used]).rest < UNLIKE:
             vertices, motion = added, motion_between(neutral, added[used])
             done.append("holds offsets from the neutral; added to it")
     if motion.rest > UNLIKE:
-        raise _unlike(neutral, vertices[used], what)
+        raise _unlike(neutral, some, what)
     if not LEAST < motion.scale < MOST:
         factor = min(UNITS, key=lambda unit: abs(np.log(unit / motion.scale)))
         if not 1 / AGREEMENT < factor / motion.scale < AGREEMENT:
             raise _sized(motion, what)
-        vertices = vertices / factor
+        vertices = vertices.astype(np.float64) / factor
         done.append(f"is {_times(motion.scale)} as large as the neutral; brought to its size")
     if np.linalg.det(motion.turn) < 0 or motion.degrees > TURNED:
         axes = nearest_axes(motion.turn)

@@ -6,9 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.meshes import Meshes
-from facezip.character.motion import activity
-
-Points = NDArray[np.float64]
+from facezip.character.motion import Points, activity
 
 # How much a turn of a normal (of length 1) and how much the activity (about 1 on a face) count beside distances of the
 # size of the moving face.
@@ -36,11 +34,11 @@ class Surface:
     def of(meshes: Meshes, count: int, seed: int = 0) -> "Surface | None":
         """``count`` points, spread evenly by area around what moves; None where nothing moves, or there is no area."""
         rng, neutral = np.random.default_rng(seed), meshes.neutral.astype(np.float64)
-        triangles = neutral[meshes.topology.faces]
-        across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+        a, b, c = (neutral[corner] for corner in meshes.topology.faces.T)
+        across = np.cross(b - a, c - a)
         areas = np.linalg.norm(across, axis=1)
         # Triangles wound clockwise show their back: a head bulges outwards.
-        centres = triangles.mean(axis=1)
+        centres = (a + b + c) / 3
         outwards = np.sum(np.einsum("fc,fc->f", centres - np.average(neutral, axis=0), across))
         middle, reach = neutral.mean(axis=0), np.inf
         for some in (FEW, count):
