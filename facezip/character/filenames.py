@@ -11,7 +11,7 @@ from pathlib import Path
 
 from facezip.character.maps import KNOWN
 from facezip.character.tiles import FIRST_TILE, LAST_TILE
-from facezip.names import folded
+from facezip.names import folded, one_form
 
 MASK = "mask"
 # What systems and programs leave beside people's files; all else of theirs begins with a dot.
@@ -47,6 +47,11 @@ class Parts:
 def is_litter(path: Path) -> bool:
     """Whether a file, or a folder that it is in, is hidden or a system's own; give it relative to the character's."""
     return any(part.startswith((".", "~$")) or part.casefold() in _LITTER for part in path.parts)
+
+
+def within(folder: Path, path: Path) -> str:
+    """A file of a folder as notes and patterns have it, whatever the system: its path in the folder, with slashes."""
+    return one_form(path.relative_to(folder).as_posix())
 
 
 def readings(stem: str) -> Iterator[Parts]:

@@ -9,24 +9,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.correspondence import in_order_of
 from facezip.character.filenames import MASK
+from facezip.character.folder_meshes import FolderMeshes
 from facezip.character.layout import Layout, MapFiles, read_layout
 from facezip.character.maps import ALBEDO, Key, Map
-from facezip.character.meshes import Meshes, check_digits
+from facezip.character.meshes import Meshes
 from facezip.character.neutrals import neutral_bits, packed_neutral
-from facezip.character.obj_parts import Faces
+from facezip.character.obj_parts import Mesh
 from facezip.character.raster import covered
 from facezip.character.scans import NEUTRAL, Character, Stack, check_names
+from facezip.character.settings import Settings
 from facezip.character.sizes import Sizes, read_sizes
 from facezip.character.texels import Extremes, normal_rows, states_signs, value_rows
 from facezip.character.tiles import FIRST_TILE, shifted
-from facezip.character.uvs import check_on_tiles, in_unit_square
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.bands import filled
 from facezip.files.decoding import stated_size
 from facezip.files.images import Texels, to_float, write_texture, write_values
-from facezip.files.obj import Topology, write_obj
+from facezip.files.obj import write_obj
 from facezip.files.statements import stated
 from facezip.files.values import read_mask
 from facezip.files.writing import whole_folder
@@ -36,13 +36,10 @@ from facezip.machine.progress import task
 from facezip.machine.rows import by_rows, map_rows
 from facezip.names import printable
 
-# Of a texel: exporters round UVs, each in its own way.
-UV_TOLERANCE = 1 / 16
 
-
-def load_folder(folder: Path, keep_floats: bool, maps: tuple[str, ...] | None) -> Character:
-    """Read a folder; parameters and errors as of :func:`facezip.load_character`."""
-    layout = read_layout(folder)
+def load_folder(folder: Path, settings: Settings, keep_floats: bool, maps: tuple[str, ...] | None) -> Character:
+    """Read a folder as its ``character.toml`` says; the rest as of :func:`facezip.load_character`."""
+    layout = read_layout(folder, settings)
     if maps is not None:
         layout = replace(layout, maps=tuple(how for how in layout.maps if how.kind.name in maps))
     if keep_floats:
@@ -108,51 +105,31 @@ class _Loading:
     def __init__(self, layout: Layout, sizes: Sizes, pool: Executor, done: Callable[[], None]) -> None:
         self._layout, self._names, self._pool, self._done = layout, layout.expressions, pool, done
         self._sizes, self._notes = sizes, [*sizes.notes]
-        self._texel = 1 / max(map(max, sizes.of.values()))
-        self._faces = Faces(layout)
+        self._meshes = FolderMeshes(layout, 1 / max(map(max, sizes.of.values())))
 
     def character(self) -> Character:
         layout = self._layout
         self._masks = {tile: self._read_mask(path) for tile, path in layout.masks.items()}
         # Their parsers leave the interpreter to other threads: meshes and textures are read side by side.
-        self._neutral, self._topology = self._mesh(NEUTRAL)
-        if layout.numbered:
-            self._note_empty(check_on_tiles(layout.meshes[NEUTRAL], self._topology, layout.tiles, self._texel))
-        self._done()
-        moved = [self._pool.submit(self._vertices, name) for name in self._names]
+        neutral, self._topology = self._mesh(NEUTRAL)
+        moved = [self._pool.submit(self._mesh, name) for name in self._names]
         maps: list[Map] = []
         stacks: dict[Key, Stack] = {}
         for how in layout.maps:
             kind, tiles = self._map(how)
             maps.append(kind)
             stacks |= {(kind.name, tile): stack for tile, stack in tiles.items()}
-        vertices = np.stack([future.result() for future in moved])
-        meshes = Meshes(self._topology, self._neutral, vertices)
+        vertices = np.stack([future.result()[0] for future in moved])
+        meshes = Meshes(self._topology, neutral, vertices)
         # Threads find them in any order.
-        notes = *layout.notes, *self._faces.notes, *sorted(self._notes, key=lambda note: (note.file, note.words))
+        found = sorted([*self._meshes.notes, *self._notes], key=lambda note: (note.file, note.words))
         name = printable(layout.folder.resolve().name)
-        return Character(name, self._names, meshes, tuple(maps), stacks, notes)
+        return Character(name, self._names, meshes, tuple(maps), stacks, (*layout.notes, *found))
 
-    def _mesh(self, name: str) -> tuple[NDArray[np.float32], Topology]:
-        path = self._layout.meshes[name]
-        faces, tolerance = self._faces, UV_TOLERANCE * self._texel
-        vertices, topology = faces.neutral() if name == NEUTRAL else faces.expression(name, tolerance)
-        check_digits(path, vertices, topology)
-        if not self._layout.numbered:
-            topology, notes = in_unit_square(path, topology, self._texel)
-            self._notes += (self._layout.note(path, note.words, note.asks) for note in notes)
-        return vertices, topology
-
-    def _vertices(self, name: str) -> NDArray[np.float32]:
-        mesh, path = self._mesh(name), self._layout.meshes[name]
-        vertices = in_order_of(path, self._neutral, self._topology, *mesh, UV_TOLERANCE * self._texel)
+    def _mesh(self, name: str) -> Mesh:
+        mesh = self._meshes.in_order(name, self._meshes.read(name))
         self._done()
-        return vertices
-
-    def _note_empty(self, tiles: tuple[int, ...]) -> None:
-        for tile in tiles:
-            words = f"no triangle lies on tile {tile}; its textures take room in the pack all the same"
-            self._notes.append(self._layout.note(self._layout.maps[0].files[NEUTRAL, tile], words))
+        return mesh
 
     def _map(self, how: MapFiles) -> tuple[Map, dict[int, Stack]]:
         """A map on all tiles; floats that are kept share one range."""

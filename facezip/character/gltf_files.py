@@ -5,8 +5,8 @@ from pathlib import Path
 from facezip.character.custom import texture_path
 from facezip.character.filenames import MASK
 from facezip.character.gltf_parts import parts_of
-from facezip.character.layout import SETTINGS
 from facezip.character.scans import NEUTRAL
+from facezip.character.settings import SETTINGS
 from facezip.errors import FaceZipError
 from facezip.files.glb import Glb, GlbFault
 from facezip.names import is_safe_name

@@ -3,8 +3,9 @@
 from pathlib import Path
 
 from facezip.character.filenames import is_litter
-from facezip.character.layout import MANIFEST, SETTINGS, holds_neutral
+from facezip.character.layout import MANIFEST, holds_neutral
 from facezip.character.parts import listed
+from facezip.character.settings import SETTINGS
 from facezip.errors import ErrorCode, FaceZipError
 
 GLTF_SUFFIXES = (".glb", ".gltf", ".vrm")
