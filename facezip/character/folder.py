@@ -13,22 +13,20 @@ from facezip.character.filenames import MASK
 from facezip.character.folder_meshes import FolderMeshes
 from facezip.character.layout import Layout, MapFiles, read_layout
 from facezip.character.maps import ALBEDO, Key, Map
+from facezip.character.masks import read_face, seen, sized_for
 from facezip.character.meshes import Meshes
 from facezip.character.neutrals import neutral_bits, packed_neutral
 from facezip.character.obj_parts import Mesh
-from facezip.character.raster import covered
 from facezip.character.scans import NEUTRAL, Character, Stack, check_names
 from facezip.character.settings import Settings
-from facezip.character.sizes import Sizes, read_sizes
+from facezip.character.sizes import Sizes, read_sizes, words_for
 from facezip.character.texels import Extremes, normal_rows, states_signs, value_rows
 from facezip.character.tiles import FIRST_TILE, shifted
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.bands import filled
-from facezip.files.decoding import stated_size
 from facezip.files.images import Texels, to_float, write_texture, write_values
 from facezip.files.obj import write_obj
 from facezip.files.statements import stated
-from facezip.files.values import read_mask
 from facezip.files.writing import whole_folder
 from facezip.machine import memory
 from facezip.machine.cores import cores
@@ -109,7 +107,10 @@ class _Loading:
 
     def character(self) -> Character:
         layout = self._layout
-        self._masks = {tile: self._read_mask(path) for tile, path in layout.masks.items()}
+        self._masks: dict[int, NDArray[np.float32]] = {}
+        for tile, path in layout.masks.items():
+            self._masks[tile], done = read_face(path)
+            self._notes += (layout.note(path, words) for words in done)
         # Their parsers leave the interpreter to other threads: meshes and textures are read side by side.
         neutral, self._topology = self._mesh(NEUTRAL)
         moved = [self._pool.submit(self._mesh, name) for name in self._names]
@@ -146,11 +147,11 @@ class _Loading:
 
     def _stack(self, how: MapFiles, tile: int, signed: bool) -> Stack:
         size = self._sizes.of[how.kind.name, tile]
-        seen = self._seen(tile, size) if how.kind.is_normal else None
+        on_face = self._seen(tile, size) if how.kind.is_normal else None
         names = (NEUTRAL, *self._names)
         # What placeholders have to be like: the first that is none.
         whole = next((name for name in names if how.files[name, tile] not in self._sizes.constants), None)
-        like = None if whole is None else self._texture(how, how.files[whole, tile], signed, seen, tile)
+        like = None if whole is None else self._texture(how, how.files[whole, tile], signed, on_face, tile)
         kept = {} if whole is None or like is None else {whole: like}
 
         def read(name: str, into: Texels | None = None) -> Texels:
@@ -159,7 +160,7 @@ class _Loading:
                 value = self._texture(how, path, signed, None, tile)[0, 0]
                 texture = constant(path, value, size, value if like is None else like, into)
             else:
-                texture = kept.pop(name) if name in kept else self._texture(how, path, signed, seen, tile, into)
+                texture = kept.pop(name) if name in kept else self._texture(how, path, signed, on_face, tile, into)
             self._done()
             return texture
 
@@ -171,7 +172,7 @@ class _Loading:
             if texture.shape != into.shape or texture.dtype != into.dtype:
                 raise FaceZipError(
                     ErrorCode.SIZE_MISMATCH,
-                    f"{how.files[name, tile]}: {words_for(texture)}, the neutral is {words_for(neutral)}; export both "
+                    f"{how.files[name, tile]}: {described(texture)}, the neutral is {described(neutral)}; export both "
                     "alike",
                 )
             if texture is not into:
@@ -185,13 +186,13 @@ class _Loading:
         how: MapFiles,
         path: Path,
         signed: bool,
-        seen: NDArray[np.bool_] | None,
+        on_face: NDArray[np.bool_] | None,
         tile: int,
         into: Texels | None = None,
     ) -> Texels:
         if how.kind.is_normal:
-            everywhere = np.ones(stated_size(path)[:2], np.bool_) if seen is None else seen
-            return filled(normal_rows(path, how, signed, everywhere), into)
+            some = np.ones(stated(path).size, np.bool_) if on_face is None else on_face
+            return filled(normal_rows(path, how, signed, some), into)
         alpha = Extremes()
         texture = filled(value_rows(path, how, alpha), into)
         if not alpha.are_constant.all():
@@ -199,36 +200,16 @@ class _Loading:
             self._notes.append(self._layout.note(path, words, asks=tile not in self._masks))
         return texture
 
-    def _read_mask(self, path: Path) -> NDArray[np.float32]:
-        mask, channel = read_mask(path)
-        words = [*stated(path).applied(as_colours=False), *([f"its channel {channel} is the mask"] if channel else [])]
-        self._notes += (self._layout.note(path, each) for each in words)
+    def _mask(self, how: MapFiles, tile: int, size: tuple[int, int]) -> NDArray[np.float32] | None:
+        if tile not in self._masks:
+            return None
+        path, is_one_of_several = self._layout.masks[tile], len(self._layout.tiles) > 1
+        mask, words = sized_for(how.kind.name, size, self._masks[tile], str(path), may_be_black=is_one_of_several)
+        self._notes += [self._layout.note(path, words)] if words else []
         return mask
 
-    def _mask(self, how: MapFiles, tile: int, size: tuple[int, int]) -> NDArray[np.float32] | None:
-        mask, path = self._masks.get(tile), self._layout.masks.get(tile)
-        if mask is None or path is None:
-            return None
-        if how.kind.name != ALBEDO and mask.shape != size:
-            # The mask has the albedo's size; other maps may be finer or coarser.
-            mask = resized_mask(mask, size)
-        elif mask.shape != size and mask.min() == mask.max():
-            words = f"{mask.shape[1]}x{mask.shape[0]} of one value; taken for that constant, {size[1]}x{size[0]}"
-            self._notes.append(self._layout.note(path, words))
-            mask = resized_mask(mask, size)
-        if len(self._layout.tiles) > 1 and not mask.any():
-            # One of several tiles, such as that of the back of the head, need not show any of the face.
-            blank: NDArray[np.float32] = memory.zeros(size, np.float32)
-            return blank
-        return checked_mask(mask, size, path)
-
     def _seen(self, tile: int, size: tuple[int, int]) -> NDArray[np.bool_]:
-        """Texels on the mesh, within the mask."""
-        on_mesh = covered(shifted(self._topology, tile), size)
-        if tile not in self._masks:
-            return on_mesh
-        mask = resized_mask(self._masks[tile], size)
-        return by_rows(lambda rows: on_mesh[rows] & (mask[rows] > 0), size, np.bool_)
+        return seen(shifted(self._topology, tile), size, self._masks.get(tile))
 
 
 def constant(
@@ -249,28 +230,10 @@ def constant(
     return texture
 
 
-def words_for(texture: Texels) -> str:
+def described(texture: Texels) -> str:
     """Size, channels and type of a texture."""
     height, width, channels = texture.shape
-    return f"{width}x{height} with {channels} channel(s) of {texture.dtype}"
-
-
-def checked_mask(mask: NDArray[np.float32], size: tuple[int, ...], path: Path) -> NDArray[np.float32]:
-    """The face region ``(H, W)`` of an image at ``path``, if it has the textures' size and is not black everywhere."""
-    if mask.shape != size:
-        raise FaceZipError(
-            ErrorCode.SIZE_MISMATCH,
-            f"{path}: {mask.shape[1]}x{mask.shape[0]}, the textures differ; resize the mask",
-        )
-    if mask.max() == 0:
-        raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: the mask is black everywhere; paint the face region white")
-    return mask
-
-
-def resized_mask(mask: NDArray[np.float32], size: tuple[int, ...]) -> NDArray[np.float32]:
-    """The nearest texels of a mask, ``size`` of them."""
-    down, across = (np.arange(to) * of // to for to, of in zip(size, mask.shape, strict=True))
-    return by_rows(lambda rows: mask[down[rows]][:, across], size, np.float32)
+    return f"{words_for((height, width))} with {channels} channel(s) of {texture.dtype}"
 
 
 def _extent(stack: Stack) -> tuple[float, float]:
