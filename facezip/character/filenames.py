@@ -95,12 +95,18 @@ def is_like_a_mask(stem: str) -> bool:
     return _MASK_LIKE.search(folded(stem)) is not None
 
 
+def is_at_rest(name: str) -> bool:
+    """Whether programs call a face at rest so; digits around it do not count."""
+    core = _core(_words(name))
+    return any(core in calls for calls in _AT_REST)
+
+
 def at_rest(names: Collection[str]) -> list[str]:
     """Those of a character's meshes that are called as the neutral is, where none is called ``neutral``.
 
     Digits around a name do not count, nor words that all names begin or end with: ``000_neutral``, ``ada_base``.
     """
-    words = [re.findall(r"[^\W_]+", folded(name)) for name in names]
+    words = [_words(name) for name in names]
     begin, end = _shared(words), _shared([each[::-1] for each in words])
     cores = [{_core(each), _core(each[begin : len(each) - end])} for each in words]
     for calls in _AT_REST:
@@ -108,6 +114,10 @@ def at_rest(names: Collection[str]) -> list[str]:
         if found:
             return found
     return []
+
+
+def _words(name: str) -> list[str]:
+    return re.findall(r"[^\W_]+", folded(name))
 
 
 def _shared(words: list[list[str]]) -> int:

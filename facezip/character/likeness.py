@@ -30,8 +30,8 @@ UNLIKE = 0.4
 SMALL = 0.35
 # Vertices that tell how a mesh stands.
 ENOUGH = 3000
-# Of a head's size, what one step of its coordinates' numbers may be; and how many sizes away it is moved to the origin.
-STEP, FAR = 1e-4, 100.0
+# So many sizes away it is moved to the origin.
+FAR = 100.0
 
 
 def brought_to_neutral(meshes: Meshes, names: tuple[str, ...], path: Path) -> tuple[Meshes, list[Note]]:
@@ -49,7 +49,7 @@ def brought_to_neutral(meshes: Meshes, names: tuple[str, ...], path: Path) -> tu
     notes: list[Note] = []
     if size == 0:
         return meshes, notes
-    origin = _origin(neutral, size, path)
+    origin = _origin(neutral, size)
     vertices = meshes.vertices
     for n, name in enumerate(names):
         found = _brought(neutral, meshes.neutral, vertices[n], used, f"{path}: mesh '{name}'")
@@ -68,15 +68,8 @@ def _moved(vertices: NDArray[np.float32], shift: Points) -> NDArray[np.float32]:
     return (vertices + shift).astype(np.float32)
 
 
-def _origin(neutral: Points, size: float, path: Path) -> Points | None:
+def _origin(neutral: Points, size: float) -> Points | None:
     """What a head is moved by that lies far away; None for one that does not."""
-    away = np.abs(neutral).max()
-    if np.spacing(np.float32(away)) > STEP * size:
-        raise FaceZipError(
-            ErrorCode.BAD_CHARACTER,
-            f"{path}: the neutral lies {away / size:.2g} times its size away from the origin, where coordinates are "
-            "too coarse for it; move all meshes to the origin and export again",
-        )
     middle: Points = (neutral.min(axis=0) + neutral.max(axis=0)) / 2
     return middle if np.abs(middle).max() > FAR * size else None
 

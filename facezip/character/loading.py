@@ -5,6 +5,7 @@ from pathlib import Path
 from facezip.character.folder import load_folder, save_folder
 from facezip.character.gltf_read import load_gltf
 from facezip.character.gltf_write import save_glb
+from facezip.character.meshes import check_digits
 from facezip.character.notes import say
 from facezip.character.placement import placed
 from facezip.character.scans import Character, check_names
@@ -55,6 +56,7 @@ def read_character(path: Path, keep_floats: bool = False, maps: tuple[str, ...] 
         else:
             name = printable(path.resolve().name if path.is_dir() else path.stem)
             character = load_gltf(gltf, name, settings.part, maps)
+            check_digits(gltf, character.meshes.neutral, character.meshes.topology)
     return placed(character, settings.placement, path)
 
 

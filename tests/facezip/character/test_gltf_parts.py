@@ -150,7 +150,7 @@ def test_names_are_found_where_exporters_write_them(place, names, way, before):
     assert_same(scene.read(place), replace(character, expressions=tuple(called)))
 
 
-@pytest.mark.parametrize("name", ["Basis", "neutral", "Rest", "_neutral"])
+@pytest.mark.parametrize("name", ["Basis", "neutral", "Rest", "_neutral", "None", "000_Neutral", "rest pose"])
 @pytest.mark.parametrize("has_material", [True, False])
 def test_a_target_that_is_the_neutral_is_none(tmp_path, name, has_material):
     scene = Scene(scans())
