@@ -13,6 +13,8 @@ from facezip.character.motion import Points, activity
 NORMALS, ACTIVITY = 0.4, 0.15
 # Points that tell where the face is, and how far from its middle the others are, of its spread.
 FEW, REACH = 1000, 2.5
+# Of the grid on which points hide others from sight, and how far behind the foremost they are still seen.
+CELL, DEPTH = 0.08, 0.12
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,10 +72,10 @@ class Surface:
         """Some of the points."""
         return Surface(self.points[some], self.normals[some], self.active[some])
 
-    def seen(self, cell: float = 0.08, depth: float = 0.12) -> "Surface":
-        """What is seen from +z: on a grid of ``cell``, the foremost points and those that are not far behind."""
-        at = np.floor(self.points[:, :2] / cell).astype(np.int64)
+    def seen(self) -> "Surface":
+        """What is seen from +z: on a grid of :data:`CELL`, the foremost points and those that are not far behind."""
+        at = np.floor(self.points[:, :2] / CELL).astype(np.int64)
         _, place = np.unique(at, axis=0, return_inverse=True)
         foremost = np.full(place.max() + 1, -np.inf)
         np.maximum.at(foremost, place.ravel(), self.points[:, 2])
-        return self.only(self.points[:, 2] > foremost[place.ravel()] - depth)
+        return self.only(self.points[:, 2] > foremost[place.ravel()] - DEPTH)
