@@ -181,9 +181,9 @@ def texture_among(files: Iterable[Path], name: str) -> Path | None:
     return next(iter(found or [path for path in alike if path.suffix.lower() in OTHER_SUFFIXES]), None)
 
 
-def second_texture(path: Path, beside: Path) -> FaceZipError:
-    """The error for two files of one texture."""
-    return FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: a second texture beside {beside.name}; keep one of them")
+def second_texture(path: Path, beside: Path, what: str = "texture") -> FaceZipError:
+    """The error for two files of one texture, or mesh."""
+    return FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: a second {what} beside {beside.name}; keep one of them")
 
 
 def _taken_apart(path: Path, owners: dict[str, str]) -> _Image:
@@ -217,10 +217,10 @@ def _sort_in(found: Found, image: _Image, first: int) -> None:
     put(found.maps.setdefault(parts.map or ALBEDO, {}), (owner, tile), path)
 
 
-def put(files: dict[Any, Path], key: Any, path: Path) -> None:
-    """Add a texture; ``BAD_CHARACTER`` where there is one."""
+def put(files: dict[Any, Path], key: Any, path: Path, what: str = "texture") -> None:
+    """Add a texture, or mesh; ``BAD_CHARACTER`` where there is one."""
     if key in files:
-        raise second_texture(path, files[key])
+        raise second_texture(path, files[key], what)
     files[key] = path
 
 

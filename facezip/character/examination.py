@@ -35,7 +35,7 @@ UNITS = {"metres": 1.0, "decimetres": 10.0, "centimetres": 100.0, "millimetres":
 def examine_character(path: Path) -> Diagnosis:
     """What is read of a character and what of it is unusual; where it cannot be read, all reasons that can be found."""
     search = _Search(path)
-    with _collected(search.faults):
+    with _collected(search.faults), reading(path):
         gltf = gltf_at(path)
         with _collected(search.faults):
             character = read_character(path)

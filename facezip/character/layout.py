@@ -10,6 +10,7 @@ from facezip.character.custom import (
     meshes_in,
     neutral_among,
     owners_of,
+    put,
 )
 from facezip.character.filenames import MASK, is_litter, readings, within
 from facezip.character.maps import ALBEDO, KNOWN, Map
@@ -141,19 +142,23 @@ def _by_patterns(folder: Path, patterns: Patterns) -> Layout:
     files = files_below(folder)
     try:
         found = {name: matching(folder, files, stated.files) for name, stated in patterns.maps.items()}
-        meshes = {name: file for (name, _), file in matching(folder, files, patterns.meshes)[0].items()}
+        called = {name: file for (name, _), file in matching(folder, files, patterns.meshes)[0].items()}
         masks = {tile: file for (_, tile), file in matching(folder, files, patterns.masks)[0].items()}
     except ValueError as error:
         raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{folder / SETTINGS}: {error}") from None
-    owners, notes = owners_of(meshes, neutral_among(meshes))
-    meshes = {owners[folded(name)]: file for name, file in meshes.items()}
+    owners, notes = owners_of(called, neutral_among(called))
+    meshes: dict[str, Path] = {}
+    for name, file in called.items():
+        put(meshes, owners[folded(name)], file, "mesh")
     _check_meshes(folder, meshes)
     maps = {}
     for map, (caught, _) in found.items():
         stated = patterns.maps[map]
+        maps[map] = MapFiles(stated.kind, {}, stated.keeps_floats, stated.green_down)
         # A pattern may catch more than the scans.
-        own = {(owners[folded(name)], tile): file for (name, tile), file in caught.items() if folded(name) in owners}
-        maps[map] = MapFiles(stated.kind, own, stated.keeps_floats, stated.green_down)
+        for (name, tile), file in caught.items():
+            if folded(name) in owners:
+                put(maps[map].files, (owners[folded(name)], tile), file)
     numbered = any(is_numbered for _, is_numbered in found.values())
     materials = images_by_material(meshes[NEUTRAL].parent)
     return Layout(folder, meshes, _albedo_first(folder, maps), masks, numbered, materials, notes=tuple(notes))
