@@ -120,6 +120,23 @@ def test_one_file_is_a_character_too(tmp_path):
     assert {row["whose"] for row in document["rows"] if row["what"] == "albedo"} == {"neutral", "expr_0", "expr_1"}
 
 
+def test_a_folder_with_one_file_is_that_file(tmp_path):
+    (tmp_path / "head").mkdir()
+    save_character(random_character(expressions=2), tmp_path / "head" / "head.glb")
+    code, document = doctor(tmp_path / "head")
+    assert code == ExitCode.DONE
+    assert document["rows"] == doctor(tmp_path / "head" / "head.glb")[1]["rows"]
+
+
+def test_what_character_toml_may_not_say_hides_nothing_else(scans):
+    (scans / "character.toml").write_text('up = "w"\npart = 1\n')
+    (scans / "expr_0.obj").write_text("nothing")
+    code, document = doctor(scans)
+    assert code == ExitCode.BAD_INPUT
+    said = " ".join(refusal["words"] for refusal in document["refusals"])
+    assert all(words in said for words in ("up is one of", "part is the name", "expr_0.obj: "))
+
+
 def test_every_changed_file_of_a_pack_is_named(kept, tmp_path):
     pack = shutil.copytree(kept / "pack.facezip", tmp_path / "pack.facezip")
     changed = sorted(pack.glob("*.difference_0.png"))[:3]

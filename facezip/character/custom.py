@@ -1,7 +1,7 @@
 """A folder without ``character.toml``: which file is what, by the custom that names are ``NAME.MAP.TILE``."""
 
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -166,20 +166,24 @@ def owners_of(meshes: dict[str, Path], neutral: str | None) -> tuple[dict[str, s
     return owners, [Note(meshes[neutral].name, "taken for the neutral")]
 
 
-def texture_path(folder: Path, name: str) -> Path:
-    """The texture of a name in a folder, whatever its suffix; where there is none, what it would be called."""
-    suffixes = (*TEXTURE_SUFFIXES, *OTHER_SUFFIXES)
-    among = (path for path in visible_files(folder) if path.suffix.lower() in suffixes)
-    alike = [path for path in among if folded(path.stem) == folded(name)]
+def texture_among(files: Iterable[Path], name: str) -> Path | None:
+    """The texture of a name among files, whatever its suffix; None where there is none.
+
+    Raises
+    ------
+    FaceZipError
+        ``BAD_CHARACTER``: two are of that name.
+    """
+    alike = [path for path in files if folded(path.stem) == folded(name)]
     found = [path for path in alike if path.suffix.lower() in TEXTURE_SUFFIXES]
     if len(found) > 1:
         raise second_texture(found[1], found[0])
-    return (found or alike or [folder / f"{name}.png"])[0]
+    return next(iter(found or [path for path in alike if path.suffix.lower() in OTHER_SUFFIXES]), None)
 
 
-def second_texture(path: Path, beside: Path) -> FaceZipError:
-    """The error for two files of one texture."""
-    return FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: a second texture beside {beside.name}; keep one of them")
+def second_texture(path: Path, beside: Path, what: str = "texture") -> FaceZipError:
+    """The error for two files of one texture, or mesh."""
+    return FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: a second {what} beside {beside.name}; keep one of them")
 
 
 def _taken_apart(path: Path, owners: dict[str, str]) -> _Image:
@@ -213,10 +217,10 @@ def _sort_in(found: Found, image: _Image, first: int) -> None:
     put(found.maps.setdefault(parts.map or ALBEDO, {}), (owner, tile), path)
 
 
-def put(files: dict[Any, Path], key: Any, path: Path) -> None:
-    """Add a texture; ``BAD_CHARACTER`` where there is one."""
+def put(files: dict[Any, Path], key: Any, path: Path, what: str = "texture") -> None:
+    """Add a texture, or mesh; ``BAD_CHARACTER`` where there is one."""
     if key in files:
-        raise second_texture(path, files[key])
+        raise second_texture(path, files[key], what)
     files[key] = path
 
 

@@ -1,6 +1,6 @@
 """A character looked at without using it: every file, and every reason at once why it cannot be read."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -8,20 +8,20 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.correspondence import in_order_of
 from facezip.character.diagnosis import Diagnosis, Row, distinct
-from facezip.character.folder import UV_TOLERANCE
+from facezip.character.filenames import within
+from facezip.character.folder_meshes import FolderMeshes
 from facezip.character.layout import Layout, MapFiles, read_layout
 from facezip.character.loading import read_character
-from facezip.character.meshes import check_digits
 from facezip.character.notes import Note
 from facezip.character.scans import NEUTRAL, Character, check_names
+from facezip.character.settings import read_settings
 from facezip.character.sizes import Sizes, add_size, words_for
+from facezip.character.sources import gltf_at
 from facezip.character.texels import normal_rows, states_signs, value_rows
-from facezip.character.uvs import check_on_tiles, in_unit_square
-from facezip.errors import FaceZipError
+from facezip.errors import FaceZipError, Refuse, raised
 from facezip.files.facts import Facts
-from facezip.files.obj import Topology, read_obj
+from facezip.files.obj import Topology
 from facezip.files.reading import reading
 from facezip.files.statements import stated
 from facezip.files.values import read_mask
@@ -34,18 +34,17 @@ UNITS = {"metres": 1.0, "decimetres": 10.0, "centimetres": 100.0, "millimetres":
 
 def examine_character(path: Path) -> Diagnosis:
     """What is read of a character and what of it is unusual; where it cannot be read, all reasons that can be found."""
-    faults: list[FaceZipError] = []
-    try:
-        character = read_character(path)
-        rows = _rows(read_layout(path), character) if path.is_dir() else _rows_within(path, character)
-        return Diagnosis("character", str(path), _summary(character), tuple(rows), (), character.notes)
-    except FaceZipError as error:
-        faults.append(error)
-    search = _Search(path, faults)
-    if path.is_dir():
-        search.look()
+    search = _Search(path)
+    with _collected(search.faults), reading(path):
+        gltf = gltf_at(path)
+        with _collected(search.faults):
+            character = read_character(path)
+            rows = _rows(path, character) if gltf is None else _rows_within(gltf, character)
+            return Diagnosis("character", str(path), _summary(character), tuple(rows), (), character.notes)
+        if gltf is None and path.is_dir():
+            search.look()
     notes = tuple(sorted(search.notes, key=lambda note: (note.file, note.words)))
-    return Diagnosis("character", str(path), "cannot be read", tuple(search.rows), distinct(faults), notes)
+    return Diagnosis("character", str(path), "cannot be read", tuple(search.rows), distinct(search.faults), notes)
 
 
 def _summary(character: Character) -> str:
@@ -86,28 +85,46 @@ def _unit(extent: NDArray[np.float32]) -> str:
     return f"{sides}, {f'{likely[0]} by its size' if likely else 'of any unit'}"
 
 
-def _rows(layout: Layout, character: Character | None = None) -> list[Row]:
-    """Of a character in a folder, read or not, by what headers state; what cannot be read has no row."""
+def _rows(folder: Path, character: Character) -> list[Row]:
+    """Of a character in a folder, by what headers state."""
+    layout = read_layout(folder, read_settings(folder))
+    topology = character.meshes.topology
+    meshes = [
+        _mesh_row(within(layout.folder, path), name, character.mesh_vertices(name), topology)
+        for name, path in layout.meshes.items()
+    ]
+    return meshes + _image_rows(layout, _facts(layout))
+
+
+def _facts(layout: Layout, refuse: Refuse = raised) -> dict[Path, Facts]:
+    """What every texture and mask states."""
+    facts: dict[Path, Facts] = {}
+    for path in (*(path for how in layout.maps for path in how.files.values()), *layout.masks.values()):
+        try:
+            facts[path] = stated(path)
+        except FaceZipError as error:
+            refuse(error)
+    return facts
+
+
+def _image_rows(layout: Layout, facts: Mapping[Path, Facts]) -> list[Row]:
+    """Of textures and masks; what cannot be read has no row."""
     rows: list[Row] = []
-    for name, path in layout.meshes.items():
-        with suppress(FaceZipError):
-            vertices, topology = read_obj(path) if character is None else _mesh_of(character, name)
-            rows.append(_mesh_row(layout.note(path, "").file, name, vertices, topology))
     for how in layout.maps:
         for (name, tile), path in how.files.items():
-            with suppress(FaceZipError):
-                rows.append(_texture_row(layout, how, name, tile, stated(path)))
+            # Its colours may be of a space that is not converted.
+            with suppress(KeyError, FaceZipError):
+                rows.append(_texture_row(layout, how, name, tile, facts[path]))
     for tile, path in layout.masks.items():
-        with suppress(FaceZipError):
-            facts = stated(path)
-            orientation = _orientation(facts)
-            encoding = f"{_format(path)}, {facts.type}, {', '.join(facts.channels)}"
-            rows.append(Row(layout.note(path, "").file, "mask", "", tile, encoding, orientation, words_for(facts.size)))
+        if path in facts:
+            rows.append(_mask_row(layout, tile, facts[path]))
     return rows
 
 
-def _mesh_of(character: Character, name: str) -> tuple[NDArray[np.float32], Topology]:
-    return character.mesh_vertices(name), character.meshes.topology
+def _mask_row(layout: Layout, tile: int, facts: Facts) -> Row:
+    encoding = f"{_format(facts.path)}, {facts.type}, {', '.join(facts.channels)}"
+    file = within(layout.folder, facts.path)
+    return Row(file, "mask", "", tile, encoding, _orientation(facts), words_for(facts.size))
 
 
 def _texture_row(layout: Layout, how: MapFiles, name: str, tile: int, facts: Facts) -> Row:
@@ -115,7 +132,7 @@ def _texture_row(layout: Layout, how: MapFiles, name: str, tile: int, facts: Fac
     if how.kind.is_normal:
         space = "tangent space, y down" if how.green_down else "tangent space, y up"
     encoding = f"{_format(facts.path)}, {facts.type}, {', '.join(facts.channels)}, {space}"
-    file = layout.note(facts.path, "").file
+    file = within(layout.folder, facts.path)
     return Row(file, how.kind.name, name, tile, encoding, _orientation(facts), words_for(facts.size))
 
 
@@ -140,33 +157,32 @@ class _Search:
     """All reasons why the character of a folder cannot be read."""
 
     folder: Path
-    faults: list[FaceZipError]
+    faults: list[FaceZipError] = field(default_factory=list)
     rows: list[Row] = field(default_factory=list)
     notes: list[Note] = field(default_factory=list)
 
     def look(self) -> None:
         """Add what is found to the faults that are known already, and what can be read all the same."""
         with _collected(self.faults), reading(self.folder):
-            layout = read_layout(self.folder, self.faults.append)
+            layout = read_layout(self.folder, read_settings(self.folder, self.faults.append), self.faults.append)
             self.notes += layout.notes
             with _collected(self.faults):
                 check_names(layout.expressions, self.folder)
-            self.rows += _rows(layout)
-            texel = self._headers(layout)
-            self._meshes(layout, texel)
-            self._texels(layout)
+            facts = _facts(layout, self.faults.append)
+            self._meshes(layout, self._headers(layout, facts))
+            self.rows += _image_rows(layout, facts)
+            self._texels(layout, facts)
 
-    def _headers(self, layout: Layout) -> float:
+    def _headers(self, layout: Layout, stated: Mapping[Path, Facts]) -> float:
         """What headers say; the side of a texel in UV."""
         sizes = Sizes()
         for how in layout.maps:
             for tile in layout.tiles:
-                facts: dict[str, Facts] = {}
-                for name in (NEUTRAL, *layout.expressions):
+                files = {name: path for (name, of), path in how.files.items() if of == tile and path in stated}
+                facts = {name: stated[files[name]] for name in (NEUTRAL, *layout.expressions) if name in files}
+                for each in facts.values():
                     with _collected(self.faults):
-                        if (name, tile) in how.files:
-                            facts[name] = stated(how.files[name, tile])
-                            facts[name].applied(how.kind.encoding == "srgb")
+                        each.applied(how.kind.encoding == "srgb")
                 with _collected(self.faults):
                     if len(facts) > 1 and NEUTRAL in facts:
                         sizes.of[how.kind.name, tile] = add_size(sizes, layout, how, tile, facts, self.faults.append)
@@ -174,31 +190,26 @@ class _Search:
         return 1 / max((max(size) for size in sizes.of.values()), default=4096)
 
     def _meshes(self, layout: Layout, texel: float) -> None:
-        neutral: tuple[NDArray[np.float32], Topology] | None = None
+        meshes = FolderMeshes(layout, texel)
         for name in (NEUTRAL, *layout.expressions):
-            path = layout.meshes[name]
             with _collected(self.faults):
-                vertices, topology = read_obj(path)
-                check_digits(path, vertices[topology.faces])
-                if not layout.numbered:
-                    topology, notes = in_unit_square(path, topology, texel)
-                    self.notes += notes
-                elif name == NEUTRAL:
-                    check_on_tiles(path, topology, layout.tiles, texel)
-                if neutral is not None:
-                    in_order_of(path, *neutral, vertices, topology, UV_TOLERANCE * texel)
-                neutral = (vertices, topology) if name == NEUTRAL else neutral
+                mesh = meshes.read(name)
+                self.rows.append(_mesh_row(within(self.folder, layout.meshes[name]), name, *mesh))
+                meshes.in_order(name, mesh)
+        self.notes += meshes.notes
 
-    def _texels(self, layout: Layout) -> None:
+    def _texels(self, layout: Layout, facts: Mapping[Path, Facts]) -> None:
         for path in layout.masks.values():
             with _collected(self.faults):
                 read_mask(path)
         files = [(how, key, path) for how in layout.maps for key, path in how.files.items()]
         for how, (_, tile), path in track(files, "Reading every texture", len(files)):
             with _collected(self.faults):
+                if path not in facts:
+                    continue
                 if how.kind.is_normal:
                     signed = states_signs(how.files.get((NEUTRAL, tile), path))
-                    rows = normal_rows(path, how, signed, np.zeros(stated(path).size, np.bool_))
+                    rows = normal_rows(path, how, signed, np.zeros(facts[path].size, np.bool_))
                 else:
                     rows = value_rows(path, how)
                 for _ in rows:

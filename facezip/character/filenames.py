@@ -11,7 +11,7 @@ from pathlib import Path
 
 from facezip.character.maps import KNOWN
 from facezip.character.tiles import FIRST_TILE, LAST_TILE
-from facezip.names import folded
+from facezip.names import folded, one_form
 
 MASK = "mask"
 # What systems and programs leave beside people's files; all else of theirs begins with a dot.
@@ -47,6 +47,11 @@ class Parts:
 def is_litter(path: Path) -> bool:
     """Whether a file, or a folder that it is in, is hidden or a system's own; give it relative to the character's."""
     return any(part.startswith((".", "~$")) or part.casefold() in _LITTER for part in path.parts)
+
+
+def within(folder: Path, path: Path) -> str:
+    """A file of a folder as notes and patterns have it, whatever the system: its path in the folder, with slashes."""
+    return one_form(path.relative_to(folder).as_posix())
 
 
 def readings(stem: str) -> Iterator[Parts]:
@@ -90,12 +95,18 @@ def is_like_a_mask(stem: str) -> bool:
     return _MASK_LIKE.search(folded(stem)) is not None
 
 
+def is_at_rest(name: str) -> bool:
+    """Whether programs call a face at rest so; digits around it do not count."""
+    core = _core(_words(name))
+    return any(core in calls for calls in _AT_REST)
+
+
 def at_rest(names: Collection[str]) -> list[str]:
     """Those of a character's meshes that are called as the neutral is, where none is called ``neutral``.
 
     Digits around a name do not count, nor words that all names begin or end with: ``000_neutral``, ``ada_base``.
     """
-    words = [re.findall(r"[^\W_]+", folded(name)) for name in names]
+    words = [_words(name) for name in names]
     begin, end = _shared(words), _shared([each[::-1] for each in words])
     cores = [{_core(each), _core(each[begin : len(each) - end])} for each in words]
     for calls in _AT_REST:
@@ -103,6 +114,10 @@ def at_rest(names: Collection[str]) -> list[str]:
         if found:
             return found
     return []
+
+
+def _words(name: str) -> list[str]:
+    return re.findall(r"[^\W_]+", folded(name))
 
 
 def _shared(words: list[list[str]]) -> int:

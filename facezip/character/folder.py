@@ -9,26 +9,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.correspondence import in_order_of
 from facezip.character.filenames import MASK
+from facezip.character.folder_meshes import FolderMeshes
 from facezip.character.layout import Layout, MapFiles, read_layout
 from facezip.character.maps import ALBEDO, Key, Map
-from facezip.character.meshes import Meshes, check_digits
+from facezip.character.masks import read_face, seen, sized_for
+from facezip.character.meshes import Meshes
 from facezip.character.neutrals import neutral_bits, packed_neutral
-from facezip.character.obj_parts import Faces
-from facezip.character.raster import covered
+from facezip.character.obj_parts import Mesh
 from facezip.character.scans import NEUTRAL, Character, Stack, check_names
-from facezip.character.sizes import Sizes, read_sizes
+from facezip.character.settings import Settings
+from facezip.character.sizes import Sizes, read_sizes, words_for
 from facezip.character.texels import Extremes, normal_rows, states_signs, value_rows
 from facezip.character.tiles import FIRST_TILE, shifted
-from facezip.character.uvs import check_on_tiles, in_unit_square
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.bands import filled
-from facezip.files.decoding import stated_size
 from facezip.files.images import Texels, to_float, write_texture, write_values
-from facezip.files.obj import Topology, write_obj
+from facezip.files.obj import write_obj
 from facezip.files.statements import stated
-from facezip.files.values import read_mask
 from facezip.files.writing import whole_folder
 from facezip.machine import memory
 from facezip.machine.cores import cores
@@ -36,13 +34,10 @@ from facezip.machine.progress import task
 from facezip.machine.rows import by_rows, map_rows
 from facezip.names import printable
 
-# Of a texel: exporters round UVs, each in its own way.
-UV_TOLERANCE = 1 / 16
 
-
-def load_folder(folder: Path, keep_floats: bool, maps: tuple[str, ...] | None) -> Character:
-    """Read a folder; parameters and errors as of :func:`facezip.load_character`."""
-    layout = read_layout(folder)
+def load_folder(folder: Path, settings: Settings, keep_floats: bool, maps: tuple[str, ...] | None) -> Character:
+    """Read a folder as its ``character.toml`` says; the rest as of :func:`facezip.load_character`."""
+    layout = read_layout(folder, settings)
     if maps is not None:
         layout = replace(layout, maps=tuple(how for how in layout.maps if how.kind.name in maps))
     if keep_floats:
@@ -108,51 +103,34 @@ class _Loading:
     def __init__(self, layout: Layout, sizes: Sizes, pool: Executor, done: Callable[[], None]) -> None:
         self._layout, self._names, self._pool, self._done = layout, layout.expressions, pool, done
         self._sizes, self._notes = sizes, [*sizes.notes]
-        self._texel = 1 / max(map(max, sizes.of.values()))
-        self._faces = Faces(layout)
+        self._meshes = FolderMeshes(layout, 1 / max(map(max, sizes.of.values())))
 
     def character(self) -> Character:
         layout = self._layout
-        self._masks = {tile: self._read_mask(path) for tile, path in layout.masks.items()}
+        self._masks: dict[int, NDArray[np.float32]] = {}
+        for tile, path in layout.masks.items():
+            self._masks[tile], done = read_face(path)
+            self._notes += (layout.note(path, words) for words in done)
         # Their parsers leave the interpreter to other threads: meshes and textures are read side by side.
-        self._neutral, self._topology = self._mesh(NEUTRAL)
-        if layout.numbered:
-            self._note_empty(check_on_tiles(layout.meshes[NEUTRAL], self._topology, layout.tiles, self._texel))
-        self._done()
-        moved = [self._pool.submit(self._vertices, name) for name in self._names]
+        neutral, self._topology = self._mesh(NEUTRAL)
+        moved = [self._pool.submit(self._mesh, name) for name in self._names]
         maps: list[Map] = []
         stacks: dict[Key, Stack] = {}
         for how in layout.maps:
             kind, tiles = self._map(how)
             maps.append(kind)
             stacks |= {(kind.name, tile): stack for tile, stack in tiles.items()}
-        vertices = np.stack([future.result() for future in moved])
-        meshes = Meshes(self._topology, self._neutral, vertices)
+        vertices = np.stack([future.result()[0] for future in moved])
+        meshes = Meshes(self._topology, neutral, vertices)
         # Threads find them in any order.
-        notes = *layout.notes, *self._faces.notes, *sorted(self._notes, key=lambda note: (note.file, note.words))
+        found = sorted([*self._meshes.notes, *self._notes], key=lambda note: (note.file, note.words))
         name = printable(layout.folder.resolve().name)
-        return Character(name, self._names, meshes, tuple(maps), stacks, notes)
+        return Character(name, self._names, meshes, tuple(maps), stacks, (*layout.notes, *found))
 
-    def _mesh(self, name: str) -> tuple[NDArray[np.float32], Topology]:
-        path = self._layout.meshes[name]
-        faces, tolerance = self._faces, UV_TOLERANCE * self._texel
-        vertices, topology = faces.neutral() if name == NEUTRAL else faces.expression(name, tolerance)
-        check_digits(path, vertices[topology.faces])
-        if not self._layout.numbered:
-            topology, notes = in_unit_square(path, topology, self._texel)
-            self._notes += (self._layout.note(path, note.words, note.asks) for note in notes)
-        return vertices, topology
-
-    def _vertices(self, name: str) -> NDArray[np.float32]:
-        mesh, path = self._mesh(name), self._layout.meshes[name]
-        vertices = in_order_of(path, self._neutral, self._topology, *mesh, UV_TOLERANCE * self._texel)
+    def _mesh(self, name: str) -> Mesh:
+        mesh = self._meshes.in_order(name, self._meshes.read(name))
         self._done()
-        return vertices
-
-    def _note_empty(self, tiles: tuple[int, ...]) -> None:
-        for tile in tiles:
-            words = f"no triangle lies on tile {tile}; its textures take room in the pack all the same"
-            self._notes.append(self._layout.note(self._layout.maps[0].files[NEUTRAL, tile], words))
+        return mesh
 
     def _map(self, how: MapFiles) -> tuple[Map, dict[int, Stack]]:
         """A map on all tiles; floats that are kept share one range."""
@@ -169,11 +147,11 @@ class _Loading:
 
     def _stack(self, how: MapFiles, tile: int, signed: bool) -> Stack:
         size = self._sizes.of[how.kind.name, tile]
-        seen = self._seen(tile, size) if how.kind.is_normal else None
+        on_face = self._seen(tile, size) if how.kind.is_normal else None
         names = (NEUTRAL, *self._names)
         # What placeholders have to be like: the first that is none.
         whole = next((name for name in names if how.files[name, tile] not in self._sizes.constants), None)
-        like = None if whole is None else self._texture(how, how.files[whole, tile], signed, seen, tile)
+        like = None if whole is None else self._texture(how, how.files[whole, tile], signed, on_face, tile)
         kept = {} if whole is None or like is None else {whole: like}
 
         def read(name: str, into: Texels | None = None) -> Texels:
@@ -182,7 +160,7 @@ class _Loading:
                 value = self._texture(how, path, signed, None, tile)[0, 0]
                 texture = constant(path, value, size, value if like is None else like, into)
             else:
-                texture = kept.pop(name) if name in kept else self._texture(how, path, signed, seen, tile, into)
+                texture = kept.pop(name) if name in kept else self._texture(how, path, signed, on_face, tile, into)
             self._done()
             return texture
 
@@ -194,7 +172,7 @@ class _Loading:
             if texture.shape != into.shape or texture.dtype != into.dtype:
                 raise FaceZipError(
                     ErrorCode.SIZE_MISMATCH,
-                    f"{how.files[name, tile]}: {words_for(texture)}, the neutral is {words_for(neutral)}; export both "
+                    f"{how.files[name, tile]}: {described(texture)}, the neutral is {described(neutral)}; export both "
                     "alike",
                 )
             if texture is not into:
@@ -208,13 +186,13 @@ class _Loading:
         how: MapFiles,
         path: Path,
         signed: bool,
-        seen: NDArray[np.bool_] | None,
+        on_face: NDArray[np.bool_] | None,
         tile: int,
         into: Texels | None = None,
     ) -> Texels:
         if how.kind.is_normal:
-            everywhere = np.ones(stated_size(path)[:2], np.bool_) if seen is None else seen
-            return filled(normal_rows(path, how, signed, everywhere), into)
+            some = np.ones(stated(path).size, np.bool_) if on_face is None else on_face
+            return filled(normal_rows(path, how, signed, some), into)
         alpha = Extremes()
         texture = filled(value_rows(path, how, alpha), into)
         if not alpha.are_constant.all():
@@ -222,36 +200,16 @@ class _Loading:
             self._notes.append(self._layout.note(path, words, asks=tile not in self._masks))
         return texture
 
-    def _read_mask(self, path: Path) -> NDArray[np.float32]:
-        mask, channel = read_mask(path)
-        words = [*stated(path).applied(as_colours=False), *([f"its channel {channel} is the mask"] if channel else [])]
-        self._notes += (self._layout.note(path, each) for each in words)
+    def _mask(self, how: MapFiles, tile: int, size: tuple[int, int]) -> NDArray[np.float32] | None:
+        if tile not in self._masks:
+            return None
+        path, is_one_of_several = self._layout.masks[tile], len(self._layout.tiles) > 1
+        mask, words = sized_for(how.kind.name, size, self._masks[tile], str(path), may_be_black=is_one_of_several)
+        self._notes += [self._layout.note(path, words)] if words else []
         return mask
 
-    def _mask(self, how: MapFiles, tile: int, size: tuple[int, int]) -> NDArray[np.float32] | None:
-        mask, path = self._masks.get(tile), self._layout.masks.get(tile)
-        if mask is None or path is None:
-            return None
-        if how.kind.name != ALBEDO and mask.shape != size:
-            # The mask has the albedo's size; other maps may be finer or coarser.
-            mask = resized_mask(mask, size)
-        elif mask.shape != size and mask.min() == mask.max():
-            words = f"{mask.shape[1]}x{mask.shape[0]} of one value; taken for that constant, {size[1]}x{size[0]}"
-            self._notes.append(self._layout.note(path, words))
-            mask = resized_mask(mask, size)
-        if len(self._layout.tiles) > 1 and not mask.any():
-            # One of several tiles, such as that of the back of the head, need not show any of the face.
-            blank: NDArray[np.float32] = memory.zeros(size, np.float32)
-            return blank
-        return checked_mask(mask, size, path)
-
     def _seen(self, tile: int, size: tuple[int, int]) -> NDArray[np.bool_]:
-        """Texels on the mesh, within the mask."""
-        on_mesh = covered(shifted(self._topology, tile), size)
-        if tile not in self._masks:
-            return on_mesh
-        mask = resized_mask(self._masks[tile], size)
-        return by_rows(lambda rows: on_mesh[rows] & (mask[rows] > 0), size, np.bool_)
+        return seen(shifted(self._topology, tile), size, self._masks.get(tile))
 
 
 def constant(
@@ -272,28 +230,10 @@ def constant(
     return texture
 
 
-def words_for(texture: Texels) -> str:
+def described(texture: Texels) -> str:
     """Size, channels and type of a texture."""
     height, width, channels = texture.shape
-    return f"{width}x{height} with {channels} channel(s) of {texture.dtype}"
-
-
-def checked_mask(mask: NDArray[np.float32], size: tuple[int, ...], path: Path) -> NDArray[np.float32]:
-    """The face region ``(H, W)`` of an image at ``path``, if it has the textures' size and is not black everywhere."""
-    if mask.shape != size:
-        raise FaceZipError(
-            ErrorCode.SIZE_MISMATCH,
-            f"{path}: {mask.shape[1]}x{mask.shape[0]}, the textures differ; resize the mask",
-        )
-    if mask.max() == 0:
-        raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: the mask is black everywhere; paint the face region white")
-    return mask
-
-
-def resized_mask(mask: NDArray[np.float32], size: tuple[int, ...]) -> NDArray[np.float32]:
-    """The nearest texels of a mask, ``size`` of them."""
-    down, across = (np.arange(to) * of // to for to, of in zip(size, mask.shape, strict=True))
-    return by_rows(lambda rows: mask[down[rows]][:, across], size, np.float32)
+    return f"{words_for((height, width))} with {channels} channel(s) of {texture.dtype}"
 
 
 def _extent(stack: Stack) -> tuple[float, float]:

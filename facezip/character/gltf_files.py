@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from facezip.character.custom import texture_path
+from facezip.character.custom import texture_among, visible_files
 from facezip.character.filenames import MASK
 from facezip.character.gltf_parts import parts_of
-from facezip.character.layout import SETTINGS
 from facezip.character.scans import NEUTRAL
+from facezip.character.settings import SETTINGS
 from facezip.errors import FaceZipError
 from facezip.files.glb import Glb, GlbFault
 from facezip.names import is_safe_name
@@ -19,11 +19,12 @@ def files_beside(path: Path) -> list[Path]:
         entries = [entry for kind in ("buffers", "images") for entry in glb.document.get(kind, [])]
         linked = [_linked(glb, str(entry["uri"])) for entry in entries if "uri" in entry]
         names = {name for part in parts_of(glb) for name in part.names if is_safe_name(name)}
-        called = [texture_path(path.parent, name) for name in (NEUTRAL, MASK, *names)]
+        beside = visible_files(path.parent)
+        called = [texture_among(beside, name) for name in (NEUTRAL, MASK, *names)]
     except (FaceZipError, KeyError, TypeError, ValueError, AttributeError, OverflowError, IndexError):
         # Whoever loads it says why.
         return []
-    files = {*filter(None, linked), *called, path.parent / SETTINGS}
+    files = {*filter(None, [*linked, *called]), path.parent / SETTINGS}
     return sorted(file for file in files if file.is_file())
 
 

@@ -6,29 +6,26 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.folder import checked_mask, resized_mask, words_for
+from facezip.character.folder import described
 from facezip.character.gltf_images import Images
 from facezip.character.gltf_material import Material
 from facezip.character.gltf_texels import NOTHING, bumped_rows, roughness_rows, tinted
 from facezip.character.gltf_textures import Look
 from facezip.character.maps import ALBEDO, Key
+from facezip.character.masks import read_face, seen, sized_for
 from facezip.character.notes import Note
-from facezip.character.raster import covered
 from facezip.character.scans import NEUTRAL, Stack
 from facezip.character.sizes import SPARE
 from facezip.character.tiles import FIRST_TILE
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.bands import Bands, filled
 from facezip.files.colours import colour_bands
-from facezip.files.decoding import stated_size
 from facezip.files.images import Texels
 from facezip.files.obj import Topology
 from facezip.files.reading import check_expansion
 from facezip.files.statements import stated
-from facezip.files.values import read_mask
 from facezip.machine import memory
 from facezip.machine.progress import track
-from facezip.machine.rows import by_rows
 
 # An image or file, and the material that says how it is meant.
 Source = tuple[int | Path, Material | None]
@@ -109,8 +106,8 @@ class Maps:
             if texture.shape != neutral.shape or texture.dtype != neutral.dtype:
                 raise FaceZipError(
                     ErrorCode.SIZE_MISMATCH,
-                    f"{self._path}: the {kind} texture of '{name}' is {words_for(texture)}, the neutral is "
-                    f"{words_for(neutral)}; export both alike",
+                    f"{self._path}: the {kind} texture of '{name}' is {described(texture)}, the neutral is "
+                    f"{described(neutral)}; export both alike",
                 )
         return Stack(neutral, textures, self._mask_of(kind, neutral.shape[:2]))
 
@@ -124,32 +121,35 @@ class Maps:
         factors = {name: material for name, (_, material) in sources.items() if material is not None}
         if kind == "roughness":
             return lambda name, file: roughness_rows(file, factors[name].roughness)
-        seen: dict[tuple[int, int], NDArray[np.bool_]] = {}
+        on_face: dict[tuple[int, int], NDArray[np.bool_]] = {}
 
         def normals(name: str, file: Path) -> Bands:
-            size = stated_size(file)[:2]
-            if size not in seen:
-                seen[size] = self._seen(kind, size)
-            return bumped_rows(file, factors[name].bump, seen[size])
+            size = stated(file).size
+            if size not in on_face:
+                on_face[size] = self._seen(size)
+            return bumped_rows(file, factors[name].bump, on_face[size])
 
         return normals
 
-    def _seen(self, kind: str, size: tuple[int, int]) -> NDArray[np.bool_]:
-        """Texels on the mesh, within the mask."""
-        on_mesh, mask = covered(self._topology, size), self._mask_of(kind, size)
-        if mask is None:
-            return on_mesh
-        return by_rows(lambda rows: on_mesh[rows] & (mask[rows] > 0), size, np.bool_)
+    def _seen(self, size: tuple[int, int]) -> NDArray[np.bool_]:
+        mask = None if self._mask_look is None else self._read_mask(self._mask_look.source)
+        return seen(self._topology, size, mask)
 
-    def _mask_of(self, kind: str, size: tuple[int, ...]) -> NDArray[np.float32] | None:
+    def _mask_of(self, kind: str, size: tuple[int, int]) -> NDArray[np.float32] | None:
         if self._mask_look is None:
             return None
+        source = self._mask_look.source
+        what = str(source) if isinstance(source, Path) else f"{self._path}: {self._images.shown(source)}"
+        mask, words = sized_for(kind, size, self._read_mask(source), what)
+        self.notes += [Note(self._images.shown(source), words)] if words else []
+        return mask
+
+    def _read_mask(self, source: int | Path) -> NDArray[np.float32]:
         if self._mask is None:
-            with self._images.file(self._mask_look.source) as file:
-                self._mask, _ = read_mask(file)
-        if kind != ALBEDO and self._mask.shape != size:
-            return resized_mask(self._mask, size)
-        return checked_mask(self._mask, size, self._path)
+            with self._images.file(source) as file:
+                self._mask, done = read_face(file)
+            self.notes += [Note(self._images.shown(source), words) for words in done]
+        return self._mask
 
     def _note(self, kind: str, source: int | Path, file: Path) -> None:
         is_stated = isinstance(source, Path) and kind == ALBEDO

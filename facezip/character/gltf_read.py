@@ -7,7 +7,7 @@ texture, image, or file beside the glTF has the morph target's name.
 
 from pathlib import Path
 
-from facezip.character.filenames import MASK
+from facezip.character.filenames import MASK, is_at_rest
 from facezip.character.gltf_images import Images
 from facezip.character.gltf_maps import Maps
 from facezip.character.gltf_material import PLACED, Material, Placement
@@ -28,8 +28,6 @@ from facezip.names import folded
 _UNDERSTOOD = {VARIANTS, PLACED, "KHR_mesh_quantization", "KHR_texture_basisu", "EXT_texture_webp", "MSFT_texture_dds"}
 _UNDERSTOOD |= {"EXT_texture_avif", "KHR_lights_punctual", "KHR_animation_pointer", "KHR_xmp_json_ld"}
 _SHADING = "KHR_materials_"
-# What a target is called that is the neutral itself.
-_NEUTRALS = {NEUTRAL, "_neutral", "basis", "base", "rest", "default", "none"}
 # A channel of 8 bits.
 WHITE = 254.5 / 255
 
@@ -106,7 +104,7 @@ class _Reading:
     def _rank(self, part: Part) -> int:
         """How closely textures of all expressions belong to a part: not at all, by names, with its own, as variants."""
         looks = Looks(self._path, self._glb, self._images, part)
-        names = [name for name in part.names if folded(name) not in _NEUTRALS]
+        names = [name for name in part.names if not _is_neutral(name)]
         try:
             neutral = looks.of(NEUTRAL)
             if neutral is None or not all(map(looks.of, names)):
@@ -117,7 +115,7 @@ class _Reading:
         return 1 + (neutral.colours is not None) + looks.are_variants(names)
 
     def _neutral_look(self) -> Look:
-        called_so = [NEUTRAL, *(name for name in self._part.names if folded(name) in _NEUTRALS)]
+        called_so = [NEUTRAL, *(name for name in self._part.names if _is_neutral(name))]
         look = next(filter(None, map(self._looks.of, called_so)), None)
         if look is None:
             reason = "its face has no base colour texture; give it one"
@@ -138,7 +136,7 @@ class _Reading:
         """Targets without those that are the neutral: called so, and moving nothing."""
         kept = []
         for number, name in enumerate(self._part.names):
-            if folded(name) in _NEUTRALS and not meshes.deltas[number].any():
+            if _is_neutral(name) and not meshes.deltas[number].any():
                 self._note(f"'{name}' moves nothing and is taken for the neutral")
             else:
                 kept.append(number)
@@ -161,6 +159,11 @@ class _Reading:
 
     def _note(self, words: str, asks: bool = False) -> None:
         self._notes.append(Note(self._path.name, words, asks))
+
+
+def _is_neutral(name: str) -> bool:
+    """Whether a target that moves nothing is called as the neutral itself is."""
+    return is_at_rest(name) or folded(name) == "none"
 
 
 def _check_placements(looks: dict[str, Look | None], placement: Placement) -> None:

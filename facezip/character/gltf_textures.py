@@ -2,10 +2,11 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from facezip.character.custom import texture_path
+from facezip.character.custom import texture_among, visible_files
 from facezip.character.filenames import MASK
 from facezip.character.gltf_images import Images
 from facezip.character.gltf_material import Material, Use, image_of
@@ -72,8 +73,12 @@ class Looks:
     def _beside(self, name: str) -> Look | None:
         if name not in (NEUTRAL, MASK) and not is_safe_name(name):
             return None
-        file = texture_path(self._folder, name)
-        return Look(file) if file.is_file() else None
+        file = texture_among(self._files, name)
+        return None if file is None else Look(file)
+
+    @cached_property
+    def _files(self) -> list[Path]:
+        return visible_files(self._folder)
 
     def _of_materials(self, name: str) -> Look | None:
         looks = [self._of_material(index) for index in self._called("materials", name)]

@@ -1,11 +1,7 @@
 """Which file of a folder is which map of which expression on which tile: by custom, or as ``character.toml`` says."""
 
-import re
-import tomllib
-from collections.abc import Iterator
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 from facezip.character.custom import (
     MESH_SUFFIX,
@@ -16,26 +12,21 @@ from facezip.character.custom import (
     owners_of,
     put,
 )
-from facezip.character.filenames import MASK, TILE, first_tile, is_litter, readings, tile_number
-from facezip.character.maps import ALBEDO, ENCODINGS, KNOWN, Map, is_map_name
+from facezip.character.filenames import MASK, is_litter, readings, within
+from facezip.character.maps import ALBEDO, KNOWN, Map
 from facezip.character.notes import Note
-from facezip.character.placement import Placement
+from facezip.character.patterns import files_below, matching
 from facezip.character.scans import NEUTRAL
+from facezip.character.settings import SETTINGS, Patterns, Settings
 from facezip.character.tiles import FIRST_TILE
 from facezip.errors import ErrorCode, FaceZipError, Refuse, raised
 from facezip.files.mtl import images_by_material
 from facezip.files.opening import OTHER_SUFFIXES, not_read
 from facezip.files.reading import reading
-from facezip.names import folded, one_form
+from facezip.names import folded
 
-SETTINGS = "character.toml"
 # What a folder of scans has not, and a pack has.
 MANIFEST = "manifest.json"
-MAX_SETTINGS = 2**20
-# What it says of how the meshes stand, and not of which files there are.
-PLACEMENT = {field.name for field in fields(Placement)}
-
-_PLACES = {"{name}": r"[^/]+?", "{tile}": TILE}
 
 
 @dataclass(frozen=True)
@@ -88,7 +79,7 @@ class Layout:
 
     def note(self, path: Path, words: str, asks: bool = False) -> Note:
         """A note on one of the files."""
-        return Note(_within(self.folder, path), words, asks)
+        return Note(within(self.folder, path), words, asks)
 
     @property
     def tiles(self) -> tuple[int, ...]:
@@ -96,14 +87,20 @@ class Layout:
         return tuple(sorted(tile for name, tile in self.maps[0].files if name == NEUTRAL))
 
 
-def read_layout(folder: Path, refuse: Refuse = raised) -> Layout:
+def read_layout(folder: Path, settings: Settings, refuse: Refuse = raised) -> Layout:
     """The files of a character folder; a texture that ``refuse`` does not raise an error for is left out.
+
+    Parameters
+    ----------
+    folder : which.
+    settings : what its ``character.toml`` says.
+    refuse : takes the errors of single images.
 
     Raises
     ------
     FaceZipError
-        ``MISSING_FILE`` for a mesh, or a map of an expression on a tile, that others have; ``BAD_CHARACTER`` for a
-        ``character.toml`` that says something else than it may, two files for one texture, or no albedo.
+        ``MISSING_FILE`` for a mesh, or a map of an expression on a tile, that others have; ``BAD_CHARACTER`` for
+        patterns that are none, two files for one texture, or no albedo.
     """
     if not folder.is_dir():
         what = "is a file" if folder.exists() else "no such folder"
@@ -112,10 +109,9 @@ def read_layout(folder: Path, refuse: Refuse = raised) -> Layout:
         reason = "is a pack; give the folder of scans that it was made of"
         raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{folder}: {reason}")
     with reading(folder):
-        settings = _settings(folder)
-        part = settings.pop("part", None)
-        files = {key: value for key, value in settings.items() if key not in PLACEMENT}
-        layout = replace(_stated(folder, files) if files else _by_custom(folder, refuse), part=part)
+        patterns = settings.patterns
+        layout = _by_custom(folder, refuse) if patterns is None else _by_patterns(folder, patterns)
+        layout = replace(layout, part=settings.part)
         _check_complete(layout, refuse)
     return _with_fitting_masks(layout)
 
@@ -142,123 +138,30 @@ def _by_custom(folder: Path, refuse: Refuse) -> Layout:
     return Layout(folder, found.meshes, albedo_first, found.masks, found.numbered, materials, notes=notes)
 
 
-def stated_part(folder: Path) -> str | None:
-    """What ``character.toml`` in a folder says is the face; errors as of :func:`read_layout`."""
-    part: str | None = _settings(folder).get("part")
-    return part
-
-
-def read_placement(folder: Path) -> Placement:
-    """What ``character.toml`` in a folder says of axes and unit; nothing where there is none.
-
-    Raises
-    ------
-    FaceZipError
-        ``BAD_CHARACTER`` where it says something else than it may.
-    """
-    with reading(folder):
-        try:
-            return Placement.of({key: value for key, value in _settings(folder).items() if key in PLACEMENT})
-        except ValueError as error:
-            raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{folder / SETTINGS}: {error}") from None
-
-
-def _settings(folder: Path) -> dict[str, Any]:
-    """What ``character.toml`` holds; nothing where there is none."""
-    path = folder / SETTINGS
-    if not path.is_file():
-        return {}
-    if path.stat().st_size > MAX_SETTINGS:
-        raise FaceZipError(ErrorCode.TOO_LARGE, f"{path}: larger than {MAX_SETTINGS} bytes")
+def _by_patterns(folder: Path, patterns: Patterns) -> Layout:
+    files = files_below(folder)
     try:
-        document = tomllib.loads(path.read_bytes().decode())
-        if not isinstance(document.get("part", ""), str):
-            raise ValueError("part is the name of a mesh or a material")
-    except (ValueError, RecursionError) as error:
-        raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: {error}") from None
-    return document
-
-
-def _stated(folder: Path, document: dict[str, Any]) -> Layout:
-    path = folder / SETTINGS
-    try:
-        maps = document.pop("maps", {})
-        patterns = {"meshes": "{name}.obj", "mask": "mask.png", **document}
-        if odd := {*patterns} - {"meshes", "mask"}:
-            raise ValueError(f"'{min(odd)}' is not known; it holds meshes, mask, part, up, front, unit and [maps.NAME]")
-        found = {name: _stated_map(folder, name, dict(entry)) for name, entry in maps.items()}
-        meshes = {name: file for (name, _), file in _matching(folder, patterns["meshes"])[0].items()}
-        masks = {tile: file for (_, tile), file in _matching(folder, patterns["mask"])[0].items()}
-    except (ValueError, TypeError, AttributeError, RecursionError) as error:
-        raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: {error}") from None
-    owners, notes = owners_of(meshes, neutral_among(meshes))
-    meshes = {owners[folded(name)]: file for name, file in meshes.items()}
+        found = {name: matching(folder, files, stated.files) for name, stated in patterns.maps.items()}
+        called = {name: file for (name, _), file in matching(folder, files, patterns.meshes)[0].items()}
+        masks = {tile: file for (_, tile), file in matching(folder, files, patterns.masks)[0].items()}
+    except ValueError as error:
+        raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{folder / SETTINGS}: {error}") from None
+    owners, notes = owners_of(called, neutral_among(called))
+    meshes: dict[str, Path] = {}
+    for name, file in called.items():
+        put(meshes, owners[folded(name)], file, "mesh")
     _check_meshes(folder, meshes)
-    # A pattern may catch more than the scans.
-    for how, _ in found.values():
-        caught = {(owners.get(folded(name)), tile): file for (name, tile), file in how.files.items()}
-        how.files.clear()
-        how.files.update({(name, tile): file for (name, tile), file in caught.items() if name is not None})
+    maps = {}
+    for map, (caught, _) in found.items():
+        stated = patterns.maps[map]
+        maps[map] = MapFiles(stated.kind, {}, stated.keeps_floats, stated.green_down)
+        # A pattern may catch more than the scans.
+        for (name, tile), file in caught.items():
+            if folded(name) in owners:
+                put(maps[map].files, (owners[folded(name)], tile), file)
     numbered = any(is_numbered for _, is_numbered in found.values())
-    albedo_first = _albedo_first(folder, {name: how for name, (how, _) in found.items()})
     materials = images_by_material(meshes[NEUTRAL].parent)
-    return Layout(folder, meshes, albedo_first, masks, numbered, materials, notes=tuple(notes))
-
-
-def _stated_map(folder: Path, name: str, entry: dict[str, Any]) -> tuple[MapFiles, bool]:
-    """A map's files, and whether their names say tiles."""
-    known = KNOWN.get(name, Map(name, "data"))
-    fields = {"files": None, "encoding": known.encoding, "float": False, "green": "up"}
-    if not is_map_name(name):
-        raise ValueError(f"a map cannot be called '{name}'; use small letters, digits and _")
-    if odd := {*entry} - {*fields}:
-        raise ValueError(f"'{min(odd)}' of maps.{name} is not known; it has {', '.join(fields)}")
-    fields |= entry
-    if (
-        fields["encoding"] not in ENCODINGS
-        or fields["green"] not in ("up", "down")
-        or type(fields["float"]) is not bool
-    ):
-        raise ValueError(
-            f"maps.{name}: encoding is one of {', '.join(ENCODINGS)}; green is up or down; float is true or false"
-        )
-    low = -1.0 if fields["encoding"] == "normal" else 0.0
-    kind = Map(name, str(fields["encoding"]), low, 1.0)
-    files, numbered = _matching(folder, fields["files"])
-    return MapFiles(kind, files, bool(fields["float"]), fields["green"] == "down"), numbered
-
-
-def _matching(folder: Path, pattern: Any) -> tuple[dict[tuple[str, int], Path], bool]:
-    """Files by name and tile whose path within the folder is like a pattern with ``{name}`` and ``{tile}``.
-
-    Also returns whether the pattern says tiles.
-    """
-    if not isinstance(pattern, str) or pattern.startswith("/") or ".." in Path(pattern).parts:
-        raise ValueError(f"'{pattern}' is no pattern of files in the folder, such as 'albedo/{{name}}.{{tile}}.exr'")
-    parts, seen = [], set()
-    for part in re.split(r"(\{name\}|\{tile\})", one_form(pattern)):
-        group = part[1:-1]
-        if part in _PLACES:
-            parts.append(f"(?P={group})" if part in seen else f"(?P<{group}>{_PLACES[part]})")
-            seen.add(part)
-        else:
-            parts.append(re.escape(part))
-    like = re.compile("".join(parts), re.IGNORECASE)
-    matches = [(path, match) for path in _visible(folder) if (match := like.fullmatch(_within(folder, path)))]
-    numbered, found = "{tile}" in seen, dict[tuple[str, int], Path]()
-    first = first_tile(match["tile"] for _, match in matches) if numbered else 1
-    for path, match in matches:
-        name = match["name"] if "{name}" in seen else MASK
-        put(found, (name, tile_number(match["tile"], first) if numbered else FIRST_TILE), path)
-    return found, numbered
-
-
-def _visible(folder: Path) -> Iterator[Path]:
-    return (path for path in sorted(folder.rglob("*")) if not is_litter(path.relative_to(folder)) and path.is_file())
-
-
-def _within(folder: Path, path: Path) -> str:
-    return one_form(path.relative_to(folder).as_posix())
+    return Layout(folder, meshes, _albedo_first(folder, maps), masks, numbered, materials, notes=tuple(notes))
 
 
 def _albedo_first(folder: Path, maps: dict[str, MapFiles]) -> tuple[MapFiles, ...]:

@@ -30,8 +30,8 @@ UNLIKE = 0.4
 SMALL = 0.35
 # Vertices that tell how a mesh stands.
 ENOUGH = 3000
-# Of a head's size, what one step of its coordinates' numbers may be; and how many sizes away it is moved to the origin.
-STEP, FAR = 1e-4, 100.0
+# So many sizes away it is moved to the origin.
+FAR = 100.0
 
 
 def brought_to_neutral(meshes: Meshes, names: tuple[str, ...], path: Path) -> tuple[Meshes, list[Note]]:
@@ -42,17 +42,17 @@ def brought_to_neutral(meshes: Meshes, names: tuple[str, ...], path: Path) -> tu
     FaceZipError
         ``BAD_CHARACTER``: a mesh is not of the neutral's size or shape and it is not certain why.
     """
-    used = np.unique(meshes.topology.faces)
+    used = np.flatnonzero(np.bincount(meshes.topology.faces.ravel()))
     used = used[:: max(len(used) // ENOUGH, 1)]
     neutral = meshes.neutral[used].astype(np.float64)
     size = float(np.ptp(neutral, axis=0).max())
     notes: list[Note] = []
     if size == 0:
         return meshes, notes
-    origin = _origin(neutral, size, path)
+    origin = _origin(neutral, size)
     vertices = meshes.vertices
     for n, name in enumerate(names):
-        found = _brought(neutral, meshes.neutral, vertices[n].astype(np.float64), used, f"{path}: mesh '{name}'")
+        found = _brought(neutral, meshes.neutral, vertices[n], used, f"{path}: mesh '{name}'")
         if found is not None:
             vertices = vertices.copy() if vertices is meshes.vertices else vertices
             vertices[n], words = found
@@ -68,37 +68,35 @@ def _moved(vertices: NDArray[np.float32], shift: Points) -> NDArray[np.float32]:
     return (vertices + shift).astype(np.float32)
 
 
-def _origin(neutral: Points, size: float, path: Path) -> Points | None:
+def _origin(neutral: Points, size: float) -> Points | None:
     """What a head is moved by that lies far away; None for one that does not."""
-    away = np.abs(neutral).max()
-    if np.spacing(np.float32(away)) > STEP * size:
-        raise FaceZipError(
-            ErrorCode.BAD_CHARACTER,
-            f"{path}: the neutral lies {away / size:.2g} times its size away from the origin, where coordinates are "
-            "too coarse for it; move all meshes to the origin and export again",
-        )
     middle: Points = (neutral.min(axis=0) + neutral.max(axis=0)) / 2
     return middle if np.abs(middle).max() > FAR * size else None
 
 
 def _brought(
-    neutral: Points, all_neutral: NDArray[np.float32], vertices: Points, used: NDArray[np.integer], what: str
-) -> tuple[Points, str] | None:
+    neutral: Points,
+    all_neutral: NDArray[np.float32],
+    vertices: NDArray[np.floating],
+    used: NDArray[np.integer],
+    what: str,
+) -> tuple[NDArray[np.floating], str] | None:
     """An expression's vertices as they should be, and in words why; None where they are."""
     done: list[str] = []
-    motion = motion_between(neutral, vertices[used])
-    if motion.rest > UNLIKE and spread_of(vertices[used]) < SMALL * spread_of(neutral):
-        added = all_neutral + vertices
+    some = vertices[used].astype(np.float64)
+    motion = motion_between(neutral, some)
+    if motion.rest > UNLIKE and spread_of(some) < SMALL * spread_of(neutral):
+        added = all_neutral + vertices.astype(np.float64)
         if motion_between(neutral, added[used]).rest < UNLIKE:
             vertices, motion = added, motion_between(neutral, added[used])
             done.append("holds offsets from the neutral; added to it")
     if motion.rest > UNLIKE:
-        raise _unlike(neutral, vertices[used], what)
+        raise _unlike(neutral, some, what)
     if not LEAST < motion.scale < MOST:
         factor = min(UNITS, key=lambda unit: abs(np.log(unit / motion.scale)))
         if not 1 / AGREEMENT < factor / motion.scale < AGREEMENT:
             raise _sized(motion, what)
-        vertices = vertices / factor
+        vertices = vertices.astype(np.float64) / factor
         done.append(f"is {_times(motion.scale)} as large as the neutral; brought to its size")
     if np.linalg.det(motion.turn) < 0 or motion.degrees > TURNED:
         axes = nearest_axes(motion.turn)

@@ -5,10 +5,11 @@ from pathlib import Path
 from facezip.character.folder import load_folder, save_folder
 from facezip.character.gltf_read import load_gltf
 from facezip.character.gltf_write import save_glb
-from facezip.character.layout import read_placement, stated_part
+from facezip.character.meshes import check_digits
 from facezip.character.notes import say
 from facezip.character.placement import placed
 from facezip.character.scans import Character, check_names
+from facezip.character.settings import read_settings
 from facezip.character.sources import gltf_at
 from facezip.files.reading import reading
 from facezip.names import printable
@@ -49,12 +50,14 @@ def read_character(path: Path, keep_floats: bool = False, maps: tuple[str, ...] 
     """As :func:`load_character`, without a word in the log."""
     with reading(path):
         gltf = gltf_at(path)
+        settings = read_settings(gltf.parent if gltf else path)
         if gltf is None:
-            character = load_folder(path, keep_floats, maps)
+            character = load_folder(path, settings, keep_floats, maps)
         else:
             name = printable(path.resolve().name if path.is_dir() else path.stem)
-            character = load_gltf(gltf, name, stated_part(gltf.parent), maps)
-    return placed(character, read_placement(gltf.parent if gltf else path), path)
+            character = load_gltf(gltf, name, settings.part, maps)
+            check_digits(gltf, character.meshes.neutral, character.meshes.topology)
+    return placed(character, settings.placement, path)
 
 
 def save_character(character: Character, path: str | Path) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.obj import Topology
+from facezip.files.obj import Topology, used_rows
 
 # Of the head's size: what rounding to float32 may move a vertex by. Half a hundredth of a millimetre.
 ROUNDING = 2e-5
@@ -35,12 +35,13 @@ class Meshes:
         return self.vertices - self.neutral
 
 
-def check_digits(path: Path, corners: NDArray[np.float32]) -> None:
-    """Raise ``UNREADABLE_MESH`` where a mesh ``(F, 3, 3)`` lies so far away that rounding moves its vertices.
+def check_digits(path: Path, vertices: NDArray[np.float32], topology: Topology) -> None:
+    """Raise ``UNREADABLE_MESH`` where a mesh ``(V, 3)`` lies so far away that rounding moves the vertices of its faces.
 
     Map coordinates are millions of units: of a head's millimetres nothing is left there in a float32.
     """
-    size, farthest = float(np.ptp(corners.reshape(-1, 3), axis=0).max()), np.abs(corners).max()
+    used = used_rows(vertices, topology.faces)
+    size, farthest = float(np.ptp(used, axis=0).max()), np.abs(used).max()
     step = float(np.spacing(farthest))
     if farthest > 0 and step > ROUNDING * size:
         raise FaceZipError(

@@ -33,6 +33,11 @@ class Motion(NamedTuple):
         """By how much it turns; 0 to 180."""
         return angle_between(np.eye(3), self.turn)
 
+    def squares_off(self, neutral: Points, moved: Points) -> NDArray[np.float64]:
+        """``(V,)``: squared distances of what a mesh has moved to from where the motion alone brings the neutral."""
+        off: NDArray[np.float64] = np.square(self.scale * neutral @ self.turn.T + self.shift - moved).sum(axis=1)
+        return off
+
 
 def angle_between(one: Points, other: Points) -> float:
     """Degrees, 0 to 180, of the turn from one orthogonal ``(3, 3)`` to another; 180 between a mirrored and another."""
@@ -59,16 +64,16 @@ def motion_between(neutral: Points, moved: Points) -> Motion:
     Least squares (Umeyama 1991), again and again on the 70 % of the points that follow best: what an expression moves
     is no motion of the head.
     """
-    some = np.arange(len(neutral))
-    for step in range(STEPS + 1):
-        scale, turn, shift = _similarity(neutral[some], moved[some])
-        off = np.square(scale * neutral @ turn.T + shift - moved).sum(axis=1)
-        if step < STEPS:
-            some = np.argpartition(off, int(MOST * (len(off) - 1)))[: int(MOST * len(off)) + 1]
-    return Motion(scale, turn, shift, float(np.sqrt(off.mean())) / max(spread_of(moved), 1e-30))
+    found = _similarity(neutral, moved)
+    for _ in range(STEPS):
+        off = found.squares_off(neutral, moved)
+        some = np.argpartition(off, int(MOST * (len(off) - 1)))[: int(MOST * len(off)) + 1]
+        found = _similarity(neutral[some], moved[some])
+    off = found.squares_off(neutral, moved)
+    return found._replace(rest=float(np.sqrt(off.mean())) / max(spread_of(moved), 1e-30))
 
 
-def _similarity(neutral: Points, moved: Points) -> tuple[float, Points, Points]:
+def _similarity(neutral: Points, moved: Points) -> Motion:
     middle, other = neutral.mean(axis=0), moved.mean(axis=0)
     u, stretches, vt = np.linalg.svd((moved - other).T @ (neutral - middle))
     turn = u @ vt
@@ -76,7 +81,7 @@ def _similarity(neutral: Points, moved: Points) -> tuple[float, Points, Points]:
     if np.linalg.det(turn) < 0 and stretches[2] < 1e-6 * stretches[0]:
         turn = u @ np.diag([1.0, 1.0, -1.0]) @ vt
     scale = float(stretches.sum() / max(np.square(neutral - middle).sum(), 1e-30))
-    return scale, turn, other - scale * turn @ middle
+    return Motion(scale, turn, other - scale * turn @ middle, np.nan)
 
 
 def activity(neutral: Points, expressions: list[Points]) -> NDArray[np.float64]:
@@ -84,7 +89,7 @@ def activity(neutral: Points, expressions: list[Points]) -> NDArray[np.float64]:
     total = np.zeros(len(neutral))
     for moved in expressions:
         found = motion_between(neutral, moved)
-        off = np.square(found.scale * neutral @ found.turn.T + found.shift - moved).sum(axis=1)
+        off = found.squares_off(neutral, moved)
         if found.rest > 1e-6:
             total += off / off.mean()
     return total / max(len(expressions), 1)

@@ -1,7 +1,7 @@
 """The face among the materials of a mesh: what has the character's textures; eyes and teeth have their own."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 
@@ -33,11 +33,11 @@ class Faces:
     Attributes
     ----------
     layout : the folder.
-    notes : what is left out; complete when the neutral is read.
+    notes : takes what is left out.
     """
 
     layout: Layout
-    notes: list[Note] = field(default_factory=list)
+    notes: list[Note]
     _whole: Mesh | None = None
     _kept: tuple[str, ...] = ()
 
@@ -57,7 +57,7 @@ class Faces:
         self._whole = vertices, topology
         others = [name for name in topology.materials if name not in self._kept]
         words = f"the face is of the material {listed(self._kept)}; left out: {listed(others)}"
-        self.notes.append(Note(path.name, words))
+        self.notes.append(self.layout.note(path, words))
         return only_materials(vertices, topology, self._kept)
 
     def expression(self, name: str, tolerance: float = UV_TOLERANCE) -> Mesh:

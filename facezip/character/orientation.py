@@ -16,8 +16,8 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from facezip.character.meshes import Meshes
-from facezip.character.motion import nearest_axes
-from facezip.character.surface import NORMALS, Points, Surface
+from facezip.character.motion import Points, nearest_axes
+from facezip.character.surface import NORMALS, Surface
 
 FACE = "face.npz"
 # Points of a head that are looked at; meshes of fewer vertices say nothing.

@@ -6,8 +6,6 @@ Exporters write a texture of one value, of a few texels, for a map that a charac
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
-
 from facezip.character.layout import Layout, MapFiles
 from facezip.character.maps import ALBEDO, Key
 from facezip.character.notes import Note
@@ -59,16 +57,12 @@ def read_sizes(layout: Layout) -> Sizes:
             facts = {name: stated(how.files[name, tile]) for name in (NEUTRAL, *layout.expressions)}
             height, width = add_size(sizes, layout, how, tile, facts)
             sizes.of[how.kind.name, tile] = height, width
-            unfolded = height * width * sum(_texel_bytes(each) for each in facts.values())
+            unfolded = height * width * sum(each.texel_bytes for each in facts.values())
             decoded, row = decoded + unfolded, max(row, unfolded // height)
             stored += sum(each.path.stat().st_size for each in facts.values())
     check_expansion(layout.folder, decoded, stored, SPARE)
     memory.check(row)
     return sizes
-
-
-def _texel_bytes(facts: Facts) -> int:
-    return len(facts.channels) * np.dtype(facts.type).itemsize
 
 
 def add_size(

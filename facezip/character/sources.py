@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
-from facezip.character.filenames import is_litter
-from facezip.character.layout import MANIFEST, SETTINGS, holds_neutral
+from facezip.character.custom import MESH_SUFFIX, visible_files
+from facezip.character.layout import MANIFEST, holds_neutral
 from facezip.character.parts import listed
+from facezip.character.settings import SETTINGS
 from facezip.errors import ErrorCode, FaceZipError
 
 GLTF_SUFFIXES = (".glb", ".gltf", ".vrm")
@@ -52,16 +53,10 @@ def gltf_at(path: Path) -> Path | None:
     return inside[0] if inside else None
 
 
-def _has_meshes(folder: Path) -> bool:
-    return folder.is_dir() and any(file.suffix.lower() == ".obj" for file in _visible(folder))
-
-
 def _gltfs_in(folder: Path) -> list[Path]:
     """The glTFs of a folder that is no pack or export, in the order of their names."""
-    if not folder.is_dir() or _has_meshes(folder) or any((folder / name).exists() for name in _OURS):
+    if not folder.is_dir() or any((folder / name).exists() for name in _OURS):
         return []
-    return sorted(file for file in _visible(folder) if is_gltf_name(file) and file.is_file())
-
-
-def _visible(folder: Path) -> list[Path]:
-    return [file for file in folder.iterdir() if not is_litter(Path(file.name))]
+    files = visible_files(folder)
+    has_meshes = any(file.suffix.lower() == MESH_SUFFIX for file in files)
+    return [] if has_meshes else [file for file in files if is_gltf_name(file)]

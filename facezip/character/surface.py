@@ -6,15 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.meshes import Meshes
-from facezip.character.motion import activity
-
-Points = NDArray[np.float64]
+from facezip.character.motion import Points, activity
 
 # How much a turn of a normal (of length 1) and how much the activity (about 1 on a face) count beside distances of the
 # size of the moving face.
 NORMALS, ACTIVITY = 0.4, 0.15
 # Points that tell where the face is, and how far from its middle the others are, of its spread.
 FEW, REACH = 1000, 2.5
+# Of the grid on which points hide others from sight, and how far behind the foremost they are still seen.
+CELL, DEPTH = 0.08, 0.12
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,11 +36,11 @@ class Surface:
     def of(meshes: Meshes, count: int, seed: int = 0) -> "Surface | None":
         """``count`` points, spread evenly by area around what moves; None where nothing moves, or there is no area."""
         rng, neutral = np.random.default_rng(seed), meshes.neutral.astype(np.float64)
-        triangles = neutral[meshes.topology.faces]
-        across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+        a, b, c = (neutral[corner] for corner in meshes.topology.faces.T)
+        across = np.cross(b - a, c - a)
         areas = np.linalg.norm(across, axis=1)
         # Triangles wound clockwise show their back: a head bulges outwards.
-        centres = triangles.mean(axis=1)
+        centres = (a + b + c) / 3
         outwards = np.sum(np.einsum("fc,fc->f", centres - np.average(neutral, axis=0), across))
         middle, reach = neutral.mean(axis=0), np.inf
         for some in (FEW, count):
@@ -72,10 +72,10 @@ class Surface:
         """Some of the points."""
         return Surface(self.points[some], self.normals[some], self.active[some])
 
-    def seen(self, cell: float = 0.08, depth: float = 0.12) -> "Surface":
-        """What is seen from +z: on a grid of ``cell``, the foremost points and those that are not far behind."""
-        at = np.floor(self.points[:, :2] / cell).astype(np.int64)
+    def seen(self) -> "Surface":
+        """What is seen from +z: on a grid of :data:`CELL`, the foremost points and those that are not far behind."""
+        at = np.floor(self.points[:, :2] / CELL).astype(np.int64)
         _, place = np.unique(at, axis=0, return_inverse=True)
         foremost = np.full(place.max() + 1, -np.inf)
         np.maximum.at(foremost, place.ravel(), self.points[:, 2])
-        return self.only(self.points[:, 2] > foremost[place.ravel()] - depth)
+        return self.only(self.points[:, 2] > foremost[place.ravel()] - DEPTH)

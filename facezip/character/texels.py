@@ -14,7 +14,6 @@ from facezip.files.bands import Bands, sliced
 from facezip.files.colours import check_range, colour_bands, finite, narrow
 from facezip.files.decoding import decoded_bands, decoding
 from facezip.files.facts import Facts
-from facezip.files.statements import stated
 from facezip.machine.rows import BLOCK
 
 # Shallower is 84° or more.
@@ -83,18 +82,18 @@ def normal_rows(path: Path, how: MapFiles, signed: bool, seen: NDArray[np.bool_]
     FaceZipError
         What :func:`facezip.files.decoding.decode` raises; ``BAD_TEXELS`` for what is no normal or steeper than 84°.
     """
-    facts = stated(path)
-    if facts.colour_channels == 1:
-        what = "grey and alpha" if facts.alpha else "one channel"
-        raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: {what}; a normal map has x, y and z, or x and y")
-    first = _Normals(facts, how, signed, seen, (0, 1, 2)[: facts.colour_channels])
-    yield from first.rows()
+    with decoding(path) as (facts, bands):
+        if facts.colour_channels == 1:
+            what = "grey and alpha" if facts.alpha else "one channel"
+            raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: {what}; a normal map has x, y and z, or x and y")
+        first = _Normals(facts, how, signed, seen, (0, 1, 2)[: facts.colour_channels])
+        yield from first.rows(bands)
     packed = first.packed_in
     if packed is None:
         first.check()
         return
     second = _Normals(facts, how, signed, seen, packed)
-    yield from second.rows()
+    yield from second.rows(decoded_bands(path))
     second.check()
 
 
@@ -110,8 +109,8 @@ class _Normals:
         self._wrong: tuple[int, int] | None = None
         self._off, self._count = 0.0, 0
 
-    def rows(self) -> Bands:
-        for top, height, stored in sliced(decoded_bands(self._facts.path), BLOCK):
+    def rows(self, bands: Bands) -> Bands:
+        for top, height, stored in sliced(bands, BLOCK):
             self._extremes.add(stored)
             vectors, lengths = self._vectors(top, stored[:, :, list(self._channels)])
             seen = self._seen[top : top + len(vectors)]

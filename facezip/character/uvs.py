@@ -13,7 +13,7 @@ from facezip.character.notes import Note
 from facezip.character.raster import covered
 from facezip.character.tiles import FIRST_TILE, LAST_TILE, place_of
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.obj import Topology
+from facezip.files.obj import Topology, used_rows
 
 # Of the unit square: what copies of one UV may be apart.
 ALIKE = 2.0**-20
@@ -40,7 +40,7 @@ def in_unit_square(path: Path, topology: Topology, texel: float) -> tuple[Topolo
         ``UNREADABLE_MESH``: a chart crosses the square's border, charts would come to lie on each other, or UVs are so
         large that they have no digits left for a texel.
     """
-    used = topology.uv[np.unique(topology.face_uv)]
+    used = used_rows(topology.uv, topology.face_uv)
     if (used >= -texel).all() and (used <= 1 + texel).all():
         return topology, []
     _check_digits(path, used, texel)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from facezip.files.bands import BAND, Bands, filled, placed, sliced, upright
 from facezip.files.facts import Facts
 from facezip.files.opening import opened, reason, unreadable
-from facezip.files.statements import facts_of, stated
+from facezip.files.statements import facts_of
 from facezip.machine.rows import BLOCK
 
 # Of the largest number: what rounding, or a lossy compression, may leave a colour above its alpha.
@@ -68,13 +68,6 @@ def decoding(path: Path) -> Iterator[tuple[Facts, Bands]]:
         if facts.window is not None:
             bands = placed(bands, facts.window, facts.size[::-1] if facts.is_turned else facts.size)
         yield facts, upright(bands, facts.orientation)
-
-
-def stated_size(path: Path) -> tuple[int, int, int]:
-    """Rows, columns, and bytes of all texels, by the header alone; raises as :func:`decode`."""
-    facts = stated(path)
-    height, width = facts.size
-    return height, width, height * width * len(facts.channels) * np.dtype(facts.type).itemsize
 
 
 def _stored(image: Any, facts: Facts) -> Bands:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from facezip.errors import ErrorCode, FaceZipError
@@ -67,6 +68,11 @@ class Facts:
     def colour_channels(self) -> int:
         """How many channels are no alpha."""
         return len(self.channels) - bool(self.alpha)
+
+    @property
+    def texel_bytes(self) -> int:
+        """Bytes of a texel."""
+        return len(self.channels) * np.dtype(self.type).itemsize
 
     def without_alpha(self, texels: NDArray[Any]) -> NDArray[Any]:
         """Texels ``(H, W, C)`` without their alpha."""

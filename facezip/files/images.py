@@ -42,16 +42,10 @@ def to_float(texels: Texels) -> NDArray[np.float32]:
     return by_rows(lambda rows: np.multiply(texels[rows], unit, dtype=np.float32), texels.shape, np.float32)
 
 
-def read_texture(path: Path, into: Texels | None = None, *, ignores_space: bool = False) -> Texels:
+def read_texture(path: Path) -> Texels:
     """Read a texture as ``(H, W, C)`` of encoded sRGB values, row 0 at the top; an alpha channel is dropped.
 
-    Returns uint8 or uint16 as stored, or float32 in [0, 1] of float files, which are linear unless they say otherwise:
-    in ``into`` where that has the texture's shape and type, otherwise in a new array.
-
-    Parameters
-    ----------
-    path, into : which image, and where to.
-    ignores_space : whether its numbers are sRGB whatever it states: glTF says so of its images (2.0, section 3.8.3).
+    Returns uint8 or uint16 as stored, or float32 in [0, 1] of float files, which are linear unless they say otherwise.
 
     Raises
     ------
@@ -59,13 +53,13 @@ def read_texture(path: Path, into: Texels | None = None, *, ignores_space: bool 
         ``MISSING_FILE``, ``CANNOT_READ``, ``UNREADABLE_IMAGE`` (truncated, damaged, another format, colours that cannot
         be converted), ``TOO_LARGE``, or ``BAD_TEXELS`` (NaN, infinite, outside [0, 1] or outside of sRGB).
     """
-    return filled(colour_bands(path, ignores_space=ignores_space), into)
+    return filled(colour_bands(path))
 
 
 def read_texture_exactly(path: Path, shape: tuple[int, ...] | None = None, into: Texels | None = None) -> Texels:
     """Read an integer image as it is stored, alpha included; where given, ``(H, W, C)`` must be ``shape``.
 
-    ``into`` is as in :func:`read_texture`.
+    ``into`` is filled and returned where it has the image's shape and type.
 
     Raises
     ------

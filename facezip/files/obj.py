@@ -10,6 +10,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +51,13 @@ class Topology:
         """Whether faces and UV layout agree exactly."""
         mine, theirs = (self.faces, self.uv, self.face_uv), (other.faces, other.uv, other.face_uv)
         return all(np.array_equal(a, b) for a, b in zip(mine, theirs, strict=True))
+
+
+def used_rows(rows: NDArray[Any], indices: NDArray[np.integer]) -> NDArray[Any]:
+    """Those of the rows ``(R, C)`` that some indices name, in their order."""
+    used = np.zeros(len(rows), np.bool_)
+    used[indices] = True
+    return rows[used]
 
 
 def only_materials(

@@ -13,7 +13,7 @@ MAX_COORDINATE = 1e30
 # Bytes that are looked at together: few enough that their memory is used again.
 PART = 2**18
 
-_F, _N, _T, _V, _E, _ZERO, _NINE = b"fntve09"
+_F, _N, _T, _V, _E, _ZERO = b"fntve0"
 _PLUS, _MINUS, _POINT, _SLASH, _REMARK, _BACKSLASH = b"+-./#\\"
 # What a byte is.
 _WORD, _BLANK, _LINE_END = range(3)

@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any
 
 from facezip import FaceZipError
-from facezip.character.layout import SETTINGS
 from facezip.character.loading import load_character, save_character
+from facezip.character.settings import SETTINGS
 from facezip.files.images import read_texture
 from facezip.files.obj import read_obj
 from facezip.files.values import read_values

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from facezip.character.filenames import (
     at_rest,
     first_tile,
+    is_at_rest,
     is_like_a_mask,
     is_litter,
     readings,
@@ -78,11 +79,13 @@ def test_a_tile_without_a_number_is_none(written):
 def test_the_one_mesh_that_is_called_as_a_face_at_rest_is_found(rest, before, behind, others):
     names = [f"{before}{name}{behind}" for name in (rest, *others)]
     assert at_rest(names) == [names[0]]
+    assert is_at_rest(rest)
 
 
 @given(st.lists(st.sampled_from(["smile", "nod", "mouth_open", "neutralise", "baseball"]), min_size=2, unique=True))
 def test_no_other_mesh_is_taken_for_it(names):
     assert at_rest(names) == []
+    assert not any(map(is_at_rest, names))
 
 
 @given(NAMES.filter(lambda name: not name.startswith("~$")))

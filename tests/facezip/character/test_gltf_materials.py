@@ -328,3 +328,21 @@ def test_names_compare_in_one_form_whatever_their_case(tmp_path):
         for entry, name in zip(scene.document[kind][1:], ("e\u0301lan", "smile"), strict=False):
             entry["name"] = name
     assert_same(scene.read(tmp_path), character)
+
+
+def test_a_mask_is_read_as_it_is_in_a_folder(tmp_path):
+    region = scans().first.mask
+    for texels, mask, said in (
+        (np.full((1, 1, 1), 255, np.uint8), np.ones_like(region), "1x1 of one value; taken for that constant, 8x8"),
+        (np.stack([0 * region, region, 0 * region], axis=2), region, "its channel G is the mask"),
+    ):
+        scene = Scene(scans(mask=False))
+        scene.material("mask", texels)
+        read = scene.read(tmp_path)
+        np.testing.assert_array_equal(read.first.mask, mask)
+        assert [(note.file, note.words) for note in read.notes] == [("image 3 ('mask')", said)]
+    for texels, said in ((region[:4, :4, None], "4x4, the textures differ"), (0 * region[:, :, None], "black")):
+        scene = Scene(scans(mask=False))
+        scene.material("mask", texels)
+        with pytest.raises(FaceZipError, match=rf"glb: image 3 \('mask'\): .*{said}"):
+            scene.read(tmp_path)

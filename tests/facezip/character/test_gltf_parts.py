@@ -95,6 +95,9 @@ def test_a_part_that_is_not_there_is_named_with_those_that_are(tmp_path):
     (tmp_path / "character.toml").write_text("part = 3")
     with pytest.raises(FaceZipError, match=r"character\.toml: part is the name of"):
         load_character(path)
+    (tmp_path / "character.toml").write_text('ups = "z"')
+    with pytest.raises(FaceZipError, match=r"character\.toml: 'ups' is not known"):
+        load_character(path)
 
 
 def test_variants_tell_the_face_among_parts_with_textures(tmp_path):
@@ -147,7 +150,7 @@ def test_names_are_found_where_exporters_write_them(place, names, way, before):
     assert_same(scene.read(place), replace(character, expressions=tuple(called)))
 
 
-@pytest.mark.parametrize("name", ["Basis", "neutral", "Rest", "_neutral"])
+@pytest.mark.parametrize("name", ["Basis", "neutral", "Rest", "_neutral", "None", "000_Neutral", "rest pose"])
 @pytest.mark.parametrize("has_material", [True, False])
 def test_a_target_that_is_the_neutral_is_none(tmp_path, name, has_material):
     scene = Scene(scans())

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from facezip import FaceZipError
+from facezip import ErrorCode, FaceZipError, load_character, save_character
 from tests.facezip.character.gltfs import Scene, assert_same, corners, scans, words
 
 number = st.floats(-2, 2).map(lambda value: round(value, 3))
@@ -138,3 +138,15 @@ def test_nodes_that_leave_nothing_of_a_face_are_refused(tmp_path, node):
     scene.document["nodes"][0].update(node)
     with pytest.raises(FaceZipError, match="node"):
         scene.read(tmp_path)
+
+
+def test_a_head_where_coordinates_are_too_coarse_is_refused_as_of_a_folder(tmp_path):
+    scene = Scene(scans())
+    scene.document["nodes"][0]["translation"] = [1e6, 0, 0]
+    (tmp_path / "glb").mkdir()
+    path = scene.write(tmp_path / "glb")
+    save_character(scene.read(tmp_path / "glb"), tmp_path / "scans")
+    for way in (path, tmp_path / "scans"):
+        with pytest.raises(FaceZipError, match="move the meshes to the origin") as refused:
+            load_character(way)
+        assert refused.value.code is ErrorCode.UNREADABLE_MESH

@@ -102,8 +102,3 @@ def test_a_head_that_is_far_away_comes_to_the_origin(sizes):
     assert len(notes) == 1
     assert np.abs(found.neutral).max() < 20
     np.testing.assert_allclose(found.deltas, head().deltas, atol=2e-5 * sizes)
-
-
-def test_where_coordinates_are_too_coarse_a_head_is_refused():
-    with pytest.raises(FaceZipError, match="too coarse"):
-        brought(moved(head(), np.eye(3), (1e6, 0, 0)))

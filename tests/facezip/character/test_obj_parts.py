@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facezip import FaceZipError, load_character, save_character
+from facezip.character.examination import examine_character
 from facezip.files.images import write_texture
 from facezip.files.obj import read_obj
 from tests.facezip.character.gltfs import assert_same, scans, words
@@ -17,11 +18,12 @@ QUAD = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
 
 @dataclass(frozen=True)
 class Part:
-    """A quad before the face, with UVs over the whole square, or ``inside`` a corner that the face leaves free."""
+    """A quad before the face, with UVs over the whole square, or over ``spread`` times as much."""
 
     material: str
     image: str | None = None
     is_first: bool = False
+    spread: float = 1
 
 
 def write(folder, parts, face="skin", face_image="neutral.png", unnamed=()):
@@ -32,7 +34,7 @@ def write(folder, parts, face="skin", face_image="neutral.png", unnamed=()):
         blocks = [(face, vertices, topology.uv, np.stack([topology.faces, topology.face_uv], axis=2))]
         for number, part in enumerate(parts):
             corners = np.c_[QUAD / 9 + number, np.full(4, 0.5)]
-            block = part.material, corners, (QUAD + 1) / 2, np.arange(4)[None, :, None].repeat(2, axis=2)
+            block = part.material, corners, part.spread * (QUAD + 1) / 2, np.arange(4)[None, :, None].repeat(2, axis=2)
             blocks.insert(0 if part.is_first else len(blocks), block)
         path.write_text("\n".join(lines(blocks, path.stem not in unnamed)) + "\n")
     images = [(face, face_image), *((part.material, part.image) for part in parts)]
@@ -160,3 +162,15 @@ def test_a_texture_that_no_material_names_is_still_missed(tmp_path):
     write_texture(folder / "frown.png", np.zeros((4, 4, 3), np.uint8))
     with pytest.raises(FaceZipError, match=r"frown\.obj"):
         load_character(folder)
+
+
+def test_what_is_left_out_is_no_reason_that_a_character_cannot_be_read(tmp_path):
+    folder = write(tmp_path / "scans", [Part("eyes", spread=2.5)])
+    assert_same(load_character(folder), scans())
+    (folder / "expr_0.png").write_bytes(b"no image")
+    found = examine_character(folder)
+    (refusal,) = found.refusals
+    assert "expr_0.png: " in refusal.words
+    assert {row.size for row in found.rows if row.what == "mesh"} == {
+        row.size for row in examine_character(write(tmp_path / "whole", [Part("eyes")])).rows if row.what == "mesh"
+    }

@@ -209,6 +209,7 @@ def test_the_channel_of_a_mask_is_said_where_it_is_not_the_only_one(plain, tmp_p
     assert [note.words for note in found.notes] == ["its channel G is the mask"]
 
 
+MAPS = {"albedo": "", "roughness": ".roughness"}
 SETTINGS = """
 meshes = "Geometry/{name}.obj"
 mask = "masks/{tile}.png"
@@ -237,6 +238,18 @@ def test_patterns_of_character_toml_know_the_same_names(plain, tile, form, upper
             (whole.parent / f"._{whole.name}").write_bytes(bytes(20))
         (folder / "character.toml").write_text(SETTINGS)
         assert same(load_character(plain), load_character(folder))
+
+
+@pytest.mark.parametrize(("file", "what"), [("EXPR_1.obj", "mesh"), ("EXPR_1.1001.png", "texture")])
+def test_patterns_that_catch_two_files_of_one_are_refused(plain, tmp_path, file, what):
+    folder = respelt(plain, tmp_path, str)
+    maps = "".join(f'[maps.{name}]\nfiles = "{{name}}{suffix}.{{tile}}.png"\n' for name, suffix in MAPS.items())
+    (folder / "character.toml").write_text(f'mask = "mask.{{tile}}.png"\n{maps}')
+    assert same(load_character(plain), load_character(folder))
+    shutil.copy(folder / file.lower(), folder / file)
+    with pytest.raises(FaceZipError, match=rf"a second {what} beside {file}") as refused:
+        load_character(folder)
+    assert refused.value.code is ErrorCode.BAD_CHARACTER
 
 
 def test_an_image_called_nearly_like_the_masks_beside_them_is_said_and_asks_nothing(plain, tmp_path):

@@ -13,7 +13,7 @@ from facezip.character.loading import load_character, save_character
 from facezip.character.meshes import check_digits
 from facezip.character.tiles import place_of
 from facezip.character.uvs import check_on_tiles, in_unit_square
-from facezip.files.obj import write_obj
+from facezip.files.obj import Topology, write_obj
 from tests.facezip.conftest import grid_topology, random_character
 from tests.facezip.surfaces import random_surface
 
@@ -141,11 +141,14 @@ def test_a_tile_without_triangles_is_noted(tmp_path):
 
 @given(st.floats(0.1, 1000), st.integers(0, 40))
 def test_coordinates_that_swallow_a_head_are_refused_and_no_others(size, doublings):
-    corners = np.random.default_rng(0).random((50, 3, 3)) * size
-    far = (corners + size * 2.0**doublings).astype(np.float32)
-    moved = np.abs(far.astype(np.float64) - size * 2.0**doublings - corners).max() / size
+    vertices = np.random.default_rng(0).random((150, 3)) * size
+    far = (vertices + size * 2.0**doublings).astype(np.float32)
+    moved = np.abs(far.astype(np.float64) - size * 2.0**doublings - vertices).max() / size
+    faces = np.arange(150, dtype=np.int32).reshape(-1, 3)
+    # A vertex that no face has is of no account, wherever it lies.
+    far = np.concatenate([far, [[1e20, 0, 0]]]).astype(np.float32)
     try:
-        check_digits(MESH, far)
+        check_digits(MESH, far, Topology(faces, np.zeros((1, 2), np.float32), 0 * faces))
     except FaceZipError:
         assert moved > 2e-6
     else:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from PIL import Image, ImageOps
 
 from facezip import FaceZipError
-from facezip.files.decoding import decode, stated_size
+from facezip.files.decoding import decode
 from facezip.files.statements import stated
 from facezip.machine import memory
 from tests.facezip.files import stored
@@ -35,8 +35,9 @@ def test_orientations_are_applied_as_pillow_applies_them(tmp_path, suffix, orien
         upright = np.asarray(ImageOps.exif_transpose(image))
     read = decode(path)
     assert np.abs(read.astype(int) - upright).max() <= (4 if suffix == ".jpg" else 0)
-    assert stated_size(path) == (*upright.shape[:2], upright.size)
-    assert bool(stated(path).applied(as_colours=False)) == (orientation > 1)
+    facts = stated(path)
+    assert (facts.size, facts.texel_bytes) == (upright.shape[:2], upright[0, 0].nbytes)
+    assert bool(facts.applied(as_colours=False)) == (orientation > 1)
 
 
 def test_exif_behind_the_pixels_of_a_png_counts(tmp_path):
@@ -79,7 +80,7 @@ def test_the_display_window_is_read_with_the_data_at_their_place(tmp_path_factor
             decode(path)
         return
     np.testing.assert_array_equal(decode(path), meant)
-    assert stated_size(path)[:2] == (height, width)
+    assert stated(path).size == (height, width)
 
 
 def test_a_page_lies_anywhere_on_paper(tmp_path):

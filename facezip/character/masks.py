@@ -1,0 +1,71 @@
+"""The face region of a tile: the image that is its mask, in the sizes of the tile's maps."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.character.maps import ALBEDO
+from facezip.character.raster import covered
+from facezip.character.sizes import words_for
+from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.obj import Topology
+from facezip.files.statements import stated
+from facezip.files.values import read_mask
+from facezip.machine.rows import by_rows
+
+Mask = NDArray[np.float32]
+
+
+def read_face(path: Path) -> tuple[Mask, tuple[str, ...]]:
+    """A mask ``(H, W)`` in [0, 1], and what was done to its image, in words; raises as ``files.values.read_mask``."""
+    mask, channel = read_mask(path)
+    words = stated(path).applied(as_colours=False)
+    return mask, (*words, f"its channel {channel} is the mask") if channel else words
+
+
+def sized_for(kind: str, size: tuple[int, int], mask: Mask, what: str, may_be_black: bool = False) -> tuple[Mask, str]:
+    """The mask of a map's texels, and what was done to it, in words.
+
+    It has the albedo's size, or one value; other maps may be finer or coarser.
+
+    Parameters
+    ----------
+    kind : the name of the map.
+    size : rows and columns of its textures.
+    mask, what : ``(H, W)``, and the image that it is of, for messages.
+    may_be_black : whether the tile, one of several, need not show any of the face.
+
+    Raises
+    ------
+    FaceZipError
+        ``SIZE_MISMATCH`` for another size than the albedo's, ``BAD_TEXELS`` for a mask that is black everywhere.
+    """
+    words = ""
+    if mask.shape != size:
+        mine = words_for((mask.shape[0], mask.shape[1]))
+        if kind == ALBEDO and mask.min() < mask.max():
+            raise FaceZipError(ErrorCode.SIZE_MISMATCH, f"{what}: {mine}, the textures differ; resize the mask")
+        if kind == ALBEDO:
+            words = f"{mine} of one value; taken for that constant, {words_for(size)}"
+        mask = _resized(mask, size)
+    if not may_be_black and not mask.any():
+        raise FaceZipError(ErrorCode.BAD_TEXELS, f"{what}: the mask is black everywhere; paint the face region white")
+    return mask, words
+
+
+def seen(chart: Topology, size: tuple[int, int], mask: Mask | None) -> NDArray[np.bool_]:
+    """Texels ``size`` on the mesh, within the mask of any size where there is one."""
+    on_mesh = covered(chart, size)
+    if mask is None:
+        return on_mesh
+    inside = _resized(mask, size)
+    return by_rows(lambda rows: on_mesh[rows] & (inside[rows] > 0), size, np.bool_)
+
+
+def _resized(mask: Mask, size: tuple[int, int]) -> Mask:
+    """The nearest texels of a mask."""
+    if mask.shape == size:
+        return mask
+    down, across = (np.arange(to) * of // to for to, of in zip(size, mask.shape, strict=True))
+    return by_rows(lambda rows: mask[down[rows]][:, across], size, np.float32)
