@@ -18,11 +18,14 @@ from numba import njit
 from numpy.typing import NDArray
 
 from facezip.character.samples import Samples
+from facezip.fit.momentum import accelerated
 from facezip.fit.pca import larger_sides
-from facezip.fit.refine import alternations, joint_system
+from facezip.fit.refine import alternations
+from facezip.fit.rounding import as_fitted
+from facezip.fit.sweep import joint_system
 from facezip.fit.weights import SMOOTHNESS, WeightSystem
 from facezip.machine.progress import track
-from facezip.machine.rows import by_rows, map_rows
+from facezip.machine.rows import map_rows
 from facezip.pack.masked import STEP, expanded
 
 # Warm started: more would solve exactly what the next alternation changes again.
@@ -41,6 +44,11 @@ class ActivationSystem(NamedTuple):
     matrix: NDArray[np.float64]
     right: NDArray[np.float64]
 
+    @classmethod
+    def joint(cls, parts: Iterable["ActivationSystem"]) -> "ActivationSystem":
+        """The sum of the equations of several tiles."""
+        return cls(*(np.sum(part, axis=0) for part in zip(*parts, strict=True)))
+
 
 @dataclass(frozen=True, eq=False)
 class Bounds:
@@ -54,6 +62,11 @@ class Bounds:
         """Zero where a mask may not act in a layer ``(K, R)``; elsewhere any number, or any that is not negative."""
         high = np.where(allowed, np.inf, 0.0)
         return cls(np.zeros_like(high) if nonnegative else -high, high)
+
+    @property
+    def at_most_one(self) -> "Bounds":
+        """The same, and no activation above 1."""
+        return Bounds(self.low, np.minimum(self.high, 1))
 
     @property
     def nonnegative(self) -> bool:
@@ -96,8 +109,7 @@ def fit_activations(
     if bounds.nonnegative:
         # Where one mask acts alone, its layers have a size of their own. At 1 each is a whole texture, I0 + D_i.
         activations, more = _scaled(activations, axis=0), count // 2
-        within = Bounds(bounds.low, np.minimum(bounds.high, 1))
-        activations = _alternated(tiles, masks, activations, within, track(range(more), "Clamping", more))
+        activations = _alternated(tiles, masks, activations, bounds.at_most_one, track(range(more), "Clamping", more))
     return _scaled(activations, axis=(0, 1)).astype(np.float16)
 
 
@@ -116,20 +128,14 @@ def _alternated(
     steps: Iterable[int],
 ) -> NDArray[np.float64]:
     """Activations ``(N, K, R)`` after some alternations from ``start``."""
-    activations = previous = start
     units: dict[int, float] = {}
-    explained_before, age = -np.inf, 0
-    for _ in steps:
-        # Nesterov's momentum, as of the weight maps that are free (:func:`facezip.fit.refine.fit_weights`).
-        ahead = bounds.clipped(activations + age / (age + 2) * (activations - previous))
-        age += 1
-        system = _joint(tiles, masks, ahead, units)
-        previous = activations
-        activations, explained = solve_activations(system, ahead, bounds)
-        if explained < explained_before:
-            previous, age = activations, 0
-        explained_before = explained
-    return activations
+
+    def alternate(ahead: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+        return solve_activations(_joint(tiles, masks, ahead, units), ahead, bounds)
+
+    return accelerated(
+        start, steps, lambda here, before, share: bounds.clipped(here + share * (here - before)), alternate
+    )
 
 
 def solve_activations(
@@ -170,16 +176,10 @@ def _joint(
     """The equations of all tiles; ``units`` keeps the first unit of each one's regularisation."""
     parts = []
     for tile, maps in tiles.items():
-        system = joint_system(maps, _weights(masks[tile], activations.astype(np.float32)))
+        system = joint_system(maps, as_fitted(expanded(masks[tile], activations.astype(np.float32))))
         system.regularise(units.setdefault(tile, system.mean_diagonal), SMOOTHNESS)
         parts.append(project(system, masks[tile]))
-    return ActivationSystem(*(np.sum(part, axis=0) for part in zip(*parts, strict=True)))
-
-
-def _weights(masks: NDArray[np.uint8], activations: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Weight maps ``(h, R, N, w)``, as fits have them."""
-    turned = expanded(masks, activations).transpose(1, 3, 0, 2)
-    return by_rows(lambda rows: turned[rows], turned.shape, np.float32)
+    return ActivationSystem.joint(parts)
 
 
 def _start(components: NDArray[np.float32], bounds: Bounds) -> NDArray[np.float64]:

@@ -20,7 +20,7 @@ from facezip.files.images import Texels, to_float
 from facezip.fit.activations import ActivationSystem, Bounds, project, solve_activations
 from facezip.fit.importance import map_factors, weighted_samples
 from facezip.fit.nonnegative import solve_bounded
-from facezip.fit.refine import joint_system
+from facezip.fit.sweep import joint_system
 from facezip.fit.weights import WeightSystem, solve_weights
 from facezip.machine.rows import by_rows
 from facezip.pack.masked import MaskedWeights
