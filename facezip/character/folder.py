@@ -25,7 +25,7 @@ from facezip.character.uvs import check_on_tiles, in_unit_square
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.bands import filled
 from facezip.files.decoding import stated_size
-from facezip.files.images import Texels, to_float, write_texture, write_values
+from facezip.files.images import Texels, as_texels, to_float, write_texture, write_values
 from facezip.files.obj import Topology, write_obj
 from facezip.files.statements import stated
 from facezip.files.values import read_mask
@@ -265,8 +265,7 @@ def constant(
         )
     texel = value if len(value) == channels else np.repeat(value[:1], channels)
     if like.dtype != value.dtype:
-        texel = to_float(texel)
-        texel = texel if like.dtype.kind == "f" else np.rint(texel * np.iinfo(like.dtype).max).astype(like.dtype)
+        texel = as_texels(to_float(texel), like.dtype)
     texture = memory.empty((*size, channels), like.dtype) if into is None or into.dtype != like.dtype else into
     texture[:] = texel
     return texture

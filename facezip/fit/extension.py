@@ -16,13 +16,12 @@ from facezip.character.meshes import Meshes
 from facezip.character.neutrals import unpacked_neutral
 from facezip.character.samples import BESIDE_THE_FACE, Samples
 from facezip.character.scans import Character
-from facezip.files.images import Texels, to_float
+from facezip.files.images import as_texels, to_float
 from facezip.fit.activations import ActivationSystem, Bounds, project, solve_activations
 from facezip.fit.importance import map_factors, weighted_samples
 from facezip.fit.nonnegative import solve_bounded
 from facezip.fit.sweep import joint_system
 from facezip.fit.weights import WeightSystem, solve_weights
-from facezip.machine.rows import by_rows
 from facezip.pack.masked import MaskedWeights
 from facezip.pack.model import CompressedTextures
 from facezip.pack.quantise import StoredTextures, StoredWeights, weight_bytes
@@ -73,14 +72,6 @@ def beside_neutral_of(stored: StoredTextures, character: Character) -> Character
         theirs = unpacked_neutral(stored.parts[key].neutral, character.kind(key[0]))
         stacks[key] = replace(stack, neutral=as_texels(to_float(theirs), stack.neutral.dtype))
     return replace(character, stacks=stacks)
-
-
-def as_texels(values: NDArray[np.float32], dtype: np.dtype[np.generic]) -> Texels:
-    """Values in [0, 1] as texels of a type."""
-    if dtype.kind == "f":
-        return values
-    most = np.float32(np.iinfo(str(dtype)).max)
-    return by_rows(lambda rows: np.rint(values[rows] * most).astype(dtype), values.shape, dtype.type)
 
 
 def _system(

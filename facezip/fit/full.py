@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.scans import Character, Stack
-from facezip.files.images import Texels
-from facezip.fit.extension import as_texels
+from facezip.files.images import Texels, as_texels
 from facezip.fit.given import GivenMasks
 from facezip.fit.methods import compress
 from facezip.machine import memory
