@@ -18,10 +18,11 @@ from facezip.character.samples import BESIDE_THE_FACE, Samples, thinned
 from facezip.character.scans import Character, Stack
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import to_float
-from facezip.fit.activations import Bounds, fit_activations
+from facezip.fit.activations import Bounds
 from facezip.fit.given import GivenMasks, as_bytes
 from facezip.fit.importance import Importance, by_key, map_factors, weighted_samples
 from facezip.fit.locks import Lock, of_maps
+from facezip.fit.masked import fit_activations
 from facezip.fit.paper.beam import beam_search
 from facezip.fit.paper.factorise import cluster_shares, difference_textures, weight_maps
 from facezip.fit.paper.fragments import cluster_fragments, masked_gram
