@@ -149,6 +149,17 @@ def test_every_changed_file_of_a_pack_is_named(kept, tmp_path):
     assert all(name in said for name in [*(path.name for path in changed), "notes.txt"])
 
 
+def test_a_link_in_a_pack_is_no_file_of_it(kept, tmp_path):
+    pack = shutil.copytree(kept / "pack.facezip", tmp_path / "pack.facezip")
+    first = min(pack.glob("*.difference_0.png"))
+    first.rename(tmp_path / first.name)
+    first.symlink_to(tmp_path / first.name)
+    code, document = doctor(pack)
+    assert code == ExitCode.BAD_INPUT
+    (refusal,) = document["refusals"]
+    assert f"'{first.name}' is a link or folder, not a file" in refusal["words"]
+
+
 @pytest.fixture
 def export(kept, tmp_path):
     return lambda target: shutil.copytree(kept / target, tmp_path / target)

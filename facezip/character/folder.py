@@ -24,7 +24,7 @@ from facezip.character.texels import Extremes, normal_rows, states_signs, value_
 from facezip.character.tiles import FIRST_TILE, shifted
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.bands import filled
-from facezip.files.images import Texels, to_float, write_texture, write_values
+from facezip.files.images import Texels, as_texels, to_float, write_texture, write_values
 from facezip.files.obj import write_obj
 from facezip.files.statements import stated
 from facezip.files.writing import whole_folder
@@ -223,8 +223,7 @@ def constant(
         )
     texel = value if len(value) == channels else np.repeat(value[:1], channels)
     if like.dtype != value.dtype:
-        texel = to_float(texel)
-        texel = texel if like.dtype.kind == "f" else np.rint(texel * np.iinfo(like.dtype).max).astype(like.dtype)
+        texel = as_texels(to_float(texel), like.dtype)
     texture = memory.empty((*size, channels), like.dtype) if into is None or into.dtype != like.dtype else into
     texture[:] = texel
     return texture

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.maps import Map
-from facezip.files.images import Texels, to_float
+from facezip.files.images import Texels, as_texels, to_float
 from facezip.machine.rows import by_rows
 
 
@@ -40,10 +40,7 @@ def as_packed(texels: Texels, kind: Map, bits: int) -> Texels:
     """Texels, of the same type, as a pack gives them back: what difference textures are best fitted to."""
     if not kind.is_normal:
         return texels
-    back = unpacked_neutral(packed_neutral(texels, kind, bits), kind)
-    if texels.dtype.kind == "f":
-        return back
-    return by_rows(lambda rows: np.rint(back[rows] * np.float32(65535)).astype(np.uint16), back.shape, np.uint16)
+    return as_texels(to_float(unpacked_neutral(packed_neutral(texels, kind, bits), kind)), texels.dtype)
 
 
 def neutral_bits(dtype: np.dtype[Any], is_normal: bool) -> int:

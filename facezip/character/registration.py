@@ -28,6 +28,8 @@ def register(character: Character, found: Alignments) -> tuple[Character, tuple[
     The character, and the names of the expressions that were moved: those off by more than ``LEAST`` on some tile.
     """
     moved = tuple(name for name, tiles in found.items() if any(map(_is_off, tiles.values())))
+    if not moved:
+        return character, moved
     stacks = {key: replace(stack, textures=_copied(stack.textures)) for key, stack in character.stacks.items()}
     for name in track(moved, "Registering", len(moved)):
         n = character.index(name)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.raster import rasterise
-from facezip.character.scans import Character, Stack
+from facezip.character.scans import NEUTRAL, Character, Stack
 from facezip.cleaning.cells import cells_of
 from facezip.files.images import Texels
 from facezip.machine.rows import by_rows
@@ -35,21 +35,23 @@ def even_out(character: Character) -> tuple[Character, dict[str, list[float]]]:
 
     Returns
     -------
-    The character; and by scan the gains over the common exposure, one a channel, of those that were changed.
+    The character; and by scan the gains over the common exposure, one a channel, of those that were changed. Those of
+    colours besides the albedo have the name of their map too, ``expr_01 makeup``.
     """
-    stacks, gains = dict(character.stacks), np.ones((0, 0))
+    stacks, changed = dict(character.stacks), {}
     for kind in character.maps:
         if kind.encoding != "srgb":
             continue
         tiles = character.of_map(kind.name)
         gains = _relative(_gains(character, tiles))
+        if (gains == 1).all():
+            continue
         for tile, stack in tiles.items():
             stacks[kind.name, tile] = _evened(stack, gains)
-    changed = {
-        name: [round(float(gain), 5) for gain in one]
-        for name, one in zip(("neutral", *character.expressions), gains, strict=True)
-        if (one != 1).any()
-    }
+        of_map = "" if kind is character.maps[0] else f" {kind.name}"
+        for name, one in zip((NEUTRAL, *character.expressions), gains, strict=True):
+            if (one != 1).any():
+                changed[f"{name}{of_map}"] = [round(float(gain), 5) for gain in one]
     return (replace(character, stacks=stacks) if changed else character), changed
 
 

@@ -42,6 +42,14 @@ def to_float(texels: Texels) -> NDArray[np.float32]:
     return by_rows(lambda rows: np.multiply(texels[rows], unit, dtype=np.float32), texels.shape, np.float32)
 
 
+def as_texels(values: NDArray[np.float32], dtype: np.dtype[Any]) -> Texels:
+    """Inverse of :func:`to_float`: values in [0, 1] as texels of a type, rounded where those are whole numbers."""
+    if dtype.kind == "f":
+        return values
+    most = np.float32(np.iinfo(str(dtype)).max)
+    return by_rows(lambda rows: np.rint(values[rows] * most).astype(dtype), values.shape, dtype)
+
+
 def read_texture(path: Path) -> Texels:
     """Read a texture as ``(H, W, C)`` of encoded sRGB values, row 0 at the top; an alpha channel is dropped.
 

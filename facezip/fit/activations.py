@@ -9,7 +9,7 @@ of K·R unknowns, whose matrix all expressions share; those of several tiles add
 coordinate descent (Wright, Coordinate Descent Algorithms, 2015), from what the alternation before found.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -17,13 +17,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from facezip.character.samples import Samples
-from facezip.fit.pca import larger_sides
-from facezip.fit.refine import alternations, joint_system
-from facezip.fit.weights import SMOOTHNESS, WeightSystem
-from facezip.machine.progress import track
-from facezip.machine.rows import by_rows, map_rows
-from facezip.pack.masked import STEP, expanded
+from facezip.fit.weights import WeightSystem
+from facezip.machine.rows import map_rows
+from facezip.pack.masked import STEP
 
 # Warm started: more would solve exactly what the next alternation changes again.
 SWEEPS = 20
@@ -41,6 +37,11 @@ class ActivationSystem(NamedTuple):
     matrix: NDArray[np.float64]
     right: NDArray[np.float64]
 
+    @classmethod
+    def joint(cls, parts: Iterable["ActivationSystem"]) -> "ActivationSystem":
+        """The sum of the equations of several tiles."""
+        return cls(*(np.sum(part, axis=0) for part in zip(*parts, strict=True)))
+
 
 @dataclass(frozen=True, eq=False)
 class Bounds:
@@ -54,6 +55,11 @@ class Bounds:
         """Zero where a mask may not act in a layer ``(K, R)``; elsewhere any number, or any that is not negative."""
         high = np.where(allowed, np.inf, 0.0)
         return cls(np.zeros_like(high) if nonnegative else -high, high)
+
+    @property
+    def at_most_one(self) -> "Bounds":
+        """The same, and no activation above 1."""
+        return Bounds(self.low, np.minimum(self.high, 1))
 
     @property
     def nonnegative(self) -> bool:
@@ -71,65 +77,6 @@ class _Active(NamedTuple):
     first: NDArray[np.int64]
     which: NDArray[np.int64]
     value: NDArray[np.float32]
-
-
-def fit_activations(
-    tiles: Mapping[int, Sequence[Samples]],
-    masks: Mapping[int, NDArray[np.uint8]],
-    components: NDArray[np.float32],
-    bounds: Bounds,
-) -> NDArray[np.float16]:
-    """The activations ``(N, K, R)`` of masks that all tiles share, the largest of each layer scaled to 1.
-
-    The size of a layer is free, since its difference textures are fitted to it: scaled so, activations that are not
-    negative lie in 0..1. Of those the largest under each mask is near 1, so that no texture is larger than it need be.
-
-    Parameters
-    ----------
-    tiles : the texels of each map on each tile. The error that is least is the sum over all of them.
-    masks : by tile, ``(K, h, w)``.
-    components : ``(N, R)`` uniform weights to start from.
-    bounds : of the activations.
-    """
-    count = alternations(max(maps[0].importance.size for maps in tiles.values()))
-    activations = _alternated(tiles, masks, _start(components, bounds), bounds, track(range(count), "Refining", count))
-    if bounds.nonnegative:
-        # Where one mask acts alone, its layers have a size of their own. At 1 each is a whole texture, I0 + D_i.
-        activations, more = _scaled(activations, axis=0), count // 2
-        within = Bounds(bounds.low, np.minimum(bounds.high, 1))
-        activations = _alternated(tiles, masks, activations, within, track(range(more), "Clamping", more))
-    return _scaled(activations, axis=(0, 1)).astype(np.float16)
-
-
-def _scaled(activations: NDArray[np.float64], axis: int | tuple[int, ...]) -> NDArray[np.float64]:
-    """With the largest along ``axis`` at 1."""
-    largest = np.abs(activations).max(axis=axis)
-    scaled: NDArray[np.float64] = activations / np.where(largest > 0, largest, 1)
-    return scaled
-
-
-def _alternated(
-    tiles: Mapping[int, Sequence[Samples]],
-    masks: Mapping[int, NDArray[np.uint8]],
-    start: NDArray[np.float64],
-    bounds: Bounds,
-    steps: Iterable[int],
-) -> NDArray[np.float64]:
-    """Activations ``(N, K, R)`` after some alternations from ``start``."""
-    activations = previous = start
-    units: dict[int, float] = {}
-    explained_before, age = -np.inf, 0
-    for _ in steps:
-        # Nesterov's momentum, as of the weight maps that are free (:func:`facezip.fit.refine.fit_weights`).
-        ahead = bounds.clipped(activations + age / (age + 2) * (activations - previous))
-        age += 1
-        system = _joint(tiles, masks, ahead, units)
-        previous = activations
-        activations, explained = solve_activations(system, ahead, bounds)
-        if explained < explained_before:
-            previous, age = activations, 0
-        explained_before = explained
-    return activations
 
 
 def solve_activations(
@@ -159,33 +106,6 @@ def project(system: WeightSystem, masks: NDArray[np.uint8]) -> ActivationSystem:
     unknowns = len(masks) * slots
     flat = matrix.reshape(unknowns, unknowns)
     return ActivationSystem((flat + flat.T) / 2, np.ascontiguousarray(right.reshape(unknowns, count).T))
-
-
-def _joint(
-    tiles: Mapping[int, Sequence[Samples]],
-    masks: Mapping[int, NDArray[np.uint8]],
-    activations: NDArray[np.float64],
-    units: dict[int, float],
-) -> ActivationSystem:
-    """The equations of all tiles; ``units`` keeps the first unit of each one's regularisation."""
-    parts = []
-    for tile, maps in tiles.items():
-        system = joint_system(maps, _weights(masks[tile], activations.astype(np.float32)))
-        system.regularise(units.setdefault(tile, system.mean_diagonal), SMOOTHNESS)
-        parts.append(project(system, masks[tile]))
-    return ActivationSystem(*(np.sum(part, axis=0) for part in zip(*parts, strict=True)))
-
-
-def _weights(masks: NDArray[np.uint8], activations: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Weight maps ``(h, R, N, w)``, as fits have them."""
-    turned = expanded(masks, activations).transpose(1, 3, 0, 2)
-    return by_rows(lambda rows: turned[rows], turned.shape, np.float32)
-
-
-def _start(components: NDArray[np.float32], bounds: Bounds) -> NDArray[np.float64]:
-    """The same weights ``(N, R)`` under every mask, ``(N, K, R)``."""
-    weights = larger_sides(components) if bounds.nonnegative else components
-    return bounds.clipped(np.repeat(weights[:, None].astype(np.float64), len(bounds.low), axis=1))
 
 
 def _active(masks: NDArray[np.float32]) -> _Active:

@@ -15,9 +15,9 @@ from facezip.character.samples import BESIDE_THE_FACE, Samples
 from facezip.character.scans import Character
 from facezip.files.images import Texels, to_float
 from facezip.fit.importance import map_factors, weighted_samples
-from facezip.fit.refine import fit_weights, joint_system
+from facezip.fit.refine import fit_weights
 from facezip.fit.storage import Storage
-from facezip.fit.sweep import solve_texture
+from facezip.fit.sweep import joint_system, solve_texture
 from facezip.fit.weights import WeightSystem, solve_weights
 from facezip.machine.progress import track
 from facezip.pack.model import CompressedTextures, Part

@@ -1,20 +1,21 @@
 """``facezip extend`` as one call: new expressions into a pack, and what each loses against a fit of all."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from facezip.character.alignment import alignments, misregistered, undecided
 from facezip.character.loading import load_character
 from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.images import Texels
 from facezip.files.reading import undisturbed
 from facezip.files.writing import check_target
 from facezip.fit.extension import beside_neutral_of, extended
 from facezip.fit.full import full_fit_errors
-from facezip.fit.pipeline import registration_warning
+from facezip.fit.pipeline import check_registration
+from facezip.machine.rows import by_rows
 from facezip.names import folded
 from facezip.pack.errors import Errors, pack_errors
 from facezip.pack.extended import write_extended
@@ -66,10 +67,7 @@ def extend_into(
     scans = load_character(character, maps=maps)
     check_same_neutral(scans, stored, model, pack)
     kept, added = _names(pack, stored, scans)
-    found = alignments(scans, added)
-    off, unknown = misregistered(found), undecided(found)
-    if off or unknown:
-        warn(registration_warning(character, off, unknown))
+    registration = check_registration(scans, added, character, warn)
     scans = beside_neutral_of(stored, scans)
     new, weights = _only(scans, added), _map_weights(before)
     whole, cut = extended(stored, model, new, weights)
@@ -90,8 +88,7 @@ def extend_into(
         "loss": full and {name: _loss(errors[name], full[name]) for name in errors},
         "cut": cut,
         "advised": [name for name in added if full and _much(errors, full, name)],
-        "misregistered": off,
-        "unknown": unknown,
+        **registration,
         "region": "mask" if scans.masked else "whole texture",
         "seconds": round(perf_counter() - start, 3),
     }
@@ -120,10 +117,15 @@ def _names(pack: Path, stored: StoredTextures, scans: Character) -> tuple[tuple[
 def _only(scans: Character, names: tuple[str, ...]) -> Character:
     """The scans of some expressions."""
     chosen = [scans.index(name) for name in names]
-    stacks = {key: replace(stack, textures=stack.textures[chosen]) for key, stack in scans.stacks.items()}
+    stacks = {key: replace(stack, textures=_chosen(stack.textures, chosen)) for key, stack in scans.stacks.items()}
     return replace(
         scans, expressions=names, meshes=replace(scans.meshes, vertices=scans.meshes.vertices[chosen]), stacks=stacks
     )
+
+
+def _chosen(textures: Texels, chosen: Sequence[int]) -> Texels:
+    shape = len(chosen), *textures.shape[1:]
+    return by_rows(lambda rows: textures[chosen, rows], shape, textures.dtype, axis=1)
 
 
 def _map_weights(before: Manifest) -> dict[str, float]:

@@ -16,16 +16,15 @@ from facezip.character.meshes import Meshes
 from facezip.character.neutrals import unpacked_neutral
 from facezip.character.samples import BESIDE_THE_FACE, Samples
 from facezip.character.scans import Character
-from facezip.files.images import Texels, to_float
+from facezip.files.images import as_texels, to_float
 from facezip.fit.activations import ActivationSystem, Bounds, project, solve_activations
 from facezip.fit.importance import map_factors, weighted_samples
 from facezip.fit.nonnegative import solve_bounded
-from facezip.fit.refine import joint_system
+from facezip.fit.sweep import joint_system
 from facezip.fit.weights import WeightSystem, solve_weights
-from facezip.machine.rows import by_rows
 from facezip.pack.masked import MaskedWeights
 from facezip.pack.model import CompressedTextures
-from facezip.pack.quantise import StoredTextures, StoredWeights
+from facezip.pack.quantise import StoredTextures, StoredWeights, weight_bytes
 
 # The system is solved once and for all, from nothing.
 ROUNDS = 12
@@ -50,7 +49,8 @@ def extended(
     cut : for each new expression, the share of its weights that would lie beyond the range of the pack's.
     """
     factors = map_factors(character, map_weights)
-    tiles = {tile: _system(model, character, tile, factors) for tile in model.tiles}
+    sizes = dict(zip(model.tiles, model.footprint.weight_sizes, strict=True))
+    tiles = {tile: _system(model, character, tile, sizes[tile], factors) for tile in sizes}
     names = (*stored.expressions, *character.expressions)
     more: Mapping[int, StoredWeights] | MaskedWeights
     if isinstance(stored.weights, MaskedWeights):
@@ -74,23 +74,16 @@ def beside_neutral_of(stored: StoredTextures, character: Character) -> Character
     return replace(character, stacks=stacks)
 
 
-def as_texels(values: NDArray[np.float32], dtype: np.dtype[np.generic]) -> Texels:
-    """Values in [0, 1] as texels of a type."""
-    if dtype.kind == "f":
-        return values
-    most = np.float32(np.iinfo(str(dtype)).max)
-    return by_rows(lambda rows: np.rint(values[rows] * most).astype(dtype), values.shape, dtype.type)
-
-
-def _system(model: CompressedTextures, character: Character, tile: int, factors: Mapping[str, float]) -> WeightSystem:
+def _system(
+    model: CompressedTextures, character: Character, tile: int, size: tuple[int, ...], factors: Mapping[str, float]
+) -> WeightSystem:
     """The equations of all weight maps of the new expressions on a tile, without regularisation."""
     keys: Sequence[Key] = [(kind.name, tile) for kind in character.maps]
     samples: list[Samples] = [
         weighted_samples(character.stacks[key], factors[key[0]], beside=BESIDE_THE_FACE) for key in keys
     ]
     textures = [np.require(model.parts[key].differences, requirements="C") for key in keys]
-    h, w = (model.masked.masks if model.masked else model.weights)[tile].shape[1:3]
-    nothing = np.zeros((h, len(textures[0]), len(character.expressions), w), np.float32)
+    nothing = np.zeros((size[0], len(textures[0]), len(character.expressions), size[1]), np.float32)
     return joint_system(samples, nothing, textures)
 
 
@@ -108,10 +101,8 @@ def _with_maps(stored: StoredWeights, system: WeightSystem) -> tuple[StoredWeigh
     bounded, _ = solve_bounded(system, start, bounds[0], bounds[1], BOUNDED_SWEEPS)
     # A byte of a range says nothing finer than half a step.
     beyond = np.abs(bounded - free) > stored.span[column] / 255
-    divisor = np.where(stored.span > 0, stored.span, np.float32(1))[column]
-    texels = np.rint((bounded - low[column]) / divisor * np.float32(255)).clip(0, 255).astype(np.uint8)
-    turned = np.ascontiguousarray(texels.transpose(2, 0, 3, 1))
-    return replace(stored, texels=np.concatenate([stored.texels, turned])), beyond.mean(axis=(0, 1, 3))
+    texels = weight_bytes(bounded.transpose(2, 0, 3, 1), low, stored.span)
+    return replace(stored, texels=np.concatenate([stored.texels, texels])), beyond.mean(axis=(0, 1, 3))
 
 
 def _with_uniform(stored: Mapping[int, StoredWeights], tiles: Mapping[int, WeightSystem]) -> dict[int, StoredWeights]:
@@ -130,11 +121,11 @@ def _with_activations(stored: MaskedWeights, tiles: Mapping[int, WeightSystem]) 
     for tile, system in tiles.items():
         system.regularise(system.mean_diagonal)
         parts.append(project(system, stored.masks[tile]))
-    joint = ActivationSystem(*(np.sum(part, axis=0) for part in zip(*parts, strict=True)))
+    joint = ActivationSystem.joint(parts)
     allowed = (stored.activations != 0).any(axis=0)
     bounds = Bounds.of(allowed, stored.clamped)
     if stored.clamped:
-        bounds = Bounds(bounds.low, np.minimum(bounds.high, 1))
+        bounds = bounds.at_most_one
     start = np.zeros((len(joint.right), *allowed.shape))
     solved, _ = solve_activations(joint, start, bounds, ACTIVATION_SWEEPS)
     more = np.concatenate([stored.activations, solved.astype(np.float16)])

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.scans import Character, Stack
-from facezip.files.images import Texels
-from facezip.fit.extension import as_texels
+from facezip.files.images import Texels, as_texels
 from facezip.fit.given import GivenMasks
 from facezip.fit.methods import compress
 from facezip.machine import memory
@@ -31,18 +30,16 @@ def full_fit_errors(
     map_weights : how much a map counts.
     """
     together, masked = _together(model, scans, new), model.masked
-    slots = len(next(iter(model.parts.values())).differences)
-    if masked is None and model.footprint.layers == 0:
-        fitted = compress(together, "pca", differences=slots, map_weights=map_weights)
+    cost = model.footprint
+    if masked is None and cost.layers == 0:
+        fitted = compress(together, "pca", differences=cost.differences, map_weights=map_weights)
     else:
         method, given = ("masks", _given(masked)) if masked else ("refined", None)
-        tile = model.tiles[0]
-        rows = (masked.masks if masked else model.weights)[tile].shape[1]
         fitted = compress(
             together,
             method,
-            differences=slots,
-            weight_scale=round(together.first.resolution[0] / rows),
+            differences=cost.differences,
+            weight_scale=round(together.first.resolution[0] / cost.weight_sizes[0][0]),
             nonnegative=nonnegative,
             given_masks=given,
             map_weights=map_weights,

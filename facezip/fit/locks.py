@@ -2,7 +2,7 @@
 
 A byte b of such a layer stands for (b - 128) · unit, as of any difference texture. The unit is free, since weights are
 fitted to it: it is chosen so that the layer and its weights are about as large as in the gauge of a free fit
-(:func:`facezip.fit.refine.balanced_start`).
+(:func:`facezip.fit.start.balanced_start`).
 """
 
 import re

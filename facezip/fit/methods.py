@@ -18,10 +18,11 @@ from facezip.character.samples import BESIDE_THE_FACE, Samples, thinned
 from facezip.character.scans import Character, Stack
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import to_float
-from facezip.fit.activations import Bounds, fit_activations
+from facezip.fit.activations import Bounds
 from facezip.fit.given import GivenMasks, as_bytes
 from facezip.fit.importance import Importance, by_key, map_factors, weighted_samples
 from facezip.fit.locks import Lock, of_maps
+from facezip.fit.masked import fit_activations
 from facezip.fit.paper.beam import beam_search
 from facezip.fit.paper.factorise import cluster_shares, difference_textures, weight_maps
 from facezip.fit.paper.fragments import cluster_fragments, masked_gram
@@ -29,7 +30,8 @@ from facezip.fit.paper.masks import compute_masks
 from facezip.fit.paper.paircosts import pair_costs
 from facezip.fit.paper.stitching import Stitching, search, unpermuted
 from facezip.fit.pca import combine_differences, principal_weights
-from facezip.fit.refine import as_stored, at_most_one, best_differences, fit_weights
+from facezip.fit.refine import at_most_one, fit_weights
+from facezip.fit.rounding import as_stored, best_differences
 from facezip.fit.settings import PAPER_DIFFERENCES, Settings
 from facezip.pack.masked import MaskedWeights
 from facezip.pack.model import CompressedTextures, Part
@@ -108,6 +110,12 @@ class _Task:
         sparse = self.settings.sparse
         return sparse if sparse is not None and sparse < self.slots else None
 
+    @property
+    def beside_packed(self) -> dict[Key, Samples]:
+        """The texels of all maps beside their neutrals as a pack stores them, those off the face counting a little."""
+        character = self.character
+        return {key: self.samples(key, _as_packed(character, key), BESIDE_THE_FACE) for key in character.stacks}
+
     def samples(self, key: Key, stack: Stack, beside: float = 0) -> Samples:
         """The texels of a map on a tile, weighted."""
         albedos = self.importance.get((self.character.maps[0].name, key[1]))
@@ -124,33 +132,21 @@ _Fit = tuple[dict[Key, Part], Mapping[int, NDArray[np.float32]]]
 
 
 def _refined(task: _Task) -> _Fit:
-    character, scale = task.character, task.settings.weight_scale
-    samples = {key: task.samples(key, _as_packed(character, key), BESIDE_THE_FACE) for key in character.stacks}
+    character, samples = task.character, task.beside_packed
     components = None
     if len(character.tiles) > 1:
-        components = principal_weights([thinned(some, scale // 2) for some in samples.values()], task.slots)
+        few = [thinned(some, task.settings.weight_scale // 2) for some in samples.values()]
+        components = principal_weights(few, task.slots)
     parts: dict[Key, Part] = {}
     weights: dict[int, NDArray[np.float32]] = {}
     for tile in character.tiles:
         own = {key: some for key, some in samples.items() if key[1] == tile}
-        if any(lock.key[1] == tile for lock in task.locks):
-            weights[tile], around = _around(task, own, components)
-            parts |= around
-            continue
-        fitted = fit_weights(
-            [*own.values()],
-            task.slots,
-            scale,
-            components=components,
-            nonnegative=task.settings.nonnegative,
-            sparse=task.sparse,
-        )
-        weights[tile] = as_stored(fitted)
-        parts |= {key: task.part(key, *best_differences(some, weights[tile])) for key, some in own.items()}
+        weights[tile], fitted = _on_tile(task, own, components)
+        parts |= fitted
     return parts, weights
 
 
-def _around(
+def _on_tile(
     task: _Task, samples: Mapping[Key, Samples], components: NDArray[np.float32] | None
 ) -> tuple[NDArray[np.float32], dict[Key, Part]]:
     """The weight maps of a tile and the parts of its maps, around layers that are locked."""
@@ -180,8 +176,7 @@ def _around(
 
 
 def _masked(task: _Task) -> _Fit:
-    character, settings = task.character, task.settings
-    samples = {key: task.samples(key, _as_packed(character, key), BESIDE_THE_FACE) for key in character.stacks}
+    character, settings, samples = task.character, task.settings, task.beside_packed
     tiles = {tile: [some for key, some in samples.items() if key[1] == tile] for tile in character.tiles}
     names, masks, bounds = _masks(task)
     components = principal_weights([thinned(some, settings.weight_scale // 2) for some in samples.values()], task.slots)

@@ -106,10 +106,7 @@ def compress_into(
     given = None if request.given_masks is None else read_masks(request.given_masks)
     cleaned = clean(load_character(character, keep_floats=request.keep_floats), request.clean)
     scans = cleaned.character
-    found = alignments(scans)
-    off, unknown = misregistered(found), undecided(found)
-    if off or unknown:
-        warn(registration_warning(character, off, unknown))
+    registration = check_registration(scans, scans.expressions, character, warn)
     importance = None if request.importance is None else read_importance(request.importance, scans)
     choice = None
     stated = request.stated
@@ -131,8 +128,7 @@ def compress_into(
     return {
         **document,
         "pack": str(output),
-        "misregistered": off,
-        "unknown": unknown,
+        **registration,
         "seconds": round(perf_counter() - start, 3),
     }
 
@@ -153,6 +149,17 @@ def write_measured(
         "errors": errors,
         "region": "mask" if scans.masked else "whole texture",
     }
+
+
+def check_registration(
+    scans: Character, names: Sequence[str], folder: Path, warn: Callable[[str], None]
+) -> dict[str, Any]:
+    """Tell ``warn`` which of some expressions are off the neutral, if any; what documents say of them."""
+    found = alignments(scans, names)
+    off, unknown = misregistered(found), undecided(found)
+    if off or unknown:
+        warn(registration_warning(folder, off, unknown))
+    return {"misregistered": off, "unknown": unknown}
 
 
 def registration_warning(character: str | Path, off: Mapping[str, float], unknown: Sequence[str] = ()) -> str:

@@ -19,7 +19,8 @@ along a row (:mod:`facezip.pack.sampling`), top to bottom, so that what lies bet
 before it is shared out.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 from numba import njit
@@ -63,8 +64,28 @@ def weight_system(
     return system
 
 
+def joint_system(
+    maps: Sequence[Samples], weights: NDArray[np.float32], textures: Sequence[NDArray[np.float32]] | None = None
+) -> WeightSystem:
+    """The equations of weight maps that several maps share: the sum of each one's (:func:`weight_system`)."""
+    total, *others = (
+        weight_system(samples, weights, textures[k] if textures else None) for k, samples in enumerate(maps)
+    )
+    for other in others:
+        map_rows(partial(_add, total, other), len(total.right))
+    return total
+
+
+def _add(total: WeightSystem, other: WeightSystem, top: int, bottom: int) -> None:
+    total.matrix[top:bottom] += other.matrix[top:bottom]
+    total.right[top:bottom] += other.right[top:bottom]
+
+
 def solve_textures(
-    samples: Samples, weights: NDArray[np.float32], steps: NDArray[np.float32] | None = None
+    samples: Samples,
+    weights: NDArray[np.float32],
+    steps: NDArray[np.float32] | None = None,
+    locked: Mapping[int, NDArray[np.float32]] | None = None,
 ) -> NDArray[np.float32]:
     """The difference textures ``(R, H, W, C)`` that fit best under given weights ``(h, R, N, w)``.
 
@@ -73,13 +94,24 @@ def solve_textures(
     samples, weights : as in :func:`weight_system`.
     steps : ``(R, C)``; where given, values are multiples of it within ±127, rounded one texture after the other so
         that those that follow make up for the rounding (Babai's nearest plane).
+    locked : textures ``(H, W, C)`` of some slots, which stay as they are.
     """
-    height, width, channels = samples.neutral.shape
-    slots = weights.shape[1]
-    textures: NDArray[np.float32] = memory.empty((slots, height, width, channels), np.float32)
-    exact = np.zeros((slots, channels), np.float32)
-    _solve_rows(samples, weights, textures, 0, exact if steps is None else steps, textures)
-    return textures
+    slots, channels = weights.shape[1], samples.neutral.shape[2]
+    textures: NDArray[np.float32] = memory.empty((slots, *samples.neutral.shape), np.float32)
+    steps = np.zeros((slots, channels), np.float32) if steps is None else steps
+    if not locked:
+        _solve_rows(samples, weights, textures, 0, steps, textures)
+        return textures
+    # Those that are given come last, since a texel's system is solved from the last slot to the first.
+    free = [slot for slot in range(slots) if slot not in locked]
+    order = [*free, *locked]
+    for place, texture in enumerate(locked.values(), len(free)):
+        textures[place] = texture
+    turned = by_rows(lambda rows: weights[rows][:, order], weights.shape, np.float32)
+    if free:
+        _solve_rows(samples, turned, textures, 0, steps[order], textures[: len(free)])
+    back = np.argsort(order)
+    return by_rows(lambda rows: textures[back, rows], textures.shape, np.float32, axis=1)
 
 
 def solve_texture(
@@ -99,29 +131,6 @@ def solve_texture(
     exact = np.zeros((len(textures), texture.shape[2]), np.float32)
     _solve_rows(samples, weights, textures, slot, exact, texture[None])
     return texture
-
-
-def solve_around(
-    samples: Samples,
-    weights: NDArray[np.float32],
-    locked: Mapping[int, NDArray[np.float32]],
-    steps: NDArray[np.float32] | None = None,
-) -> NDArray[np.float32]:
-    """As :func:`solve_textures`, around textures ``(H, W, C)`` of some slots that stay as they are."""
-    height, width, channels = samples.neutral.shape
-    slots = weights.shape[1]
-    # Those that are given come last, since a texel's system is solved from the last slot to the first.
-    order = [*(slot for slot in range(slots) if slot not in locked), *locked]
-    textures: NDArray[np.float32] = memory.empty((slots, height, width, channels), np.float32)
-    for place, slot in enumerate(order):
-        if slot in locked:
-            textures[place] = locked[slot]
-    exact = np.zeros((slots, channels), np.float32)
-    turned = by_rows(lambda rows: weights[rows][:, order], weights.shape, np.float32)
-    free = textures[: slots - len(locked)]
-    if len(free):
-        _solve_rows(samples, turned, textures, 0, exact if steps is None else steps[order], free)
-    return textures[np.argsort(order)]
 
 
 def _solve_rows(

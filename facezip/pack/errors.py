@@ -75,7 +75,9 @@ class _ModelSide:
     def __init__(self, character: Character, model: CompressedTextures | StoredTextures, kind: Map) -> None:
         self._model, self._kind = model, kind
         self._order = [model.expressions.index(name) for name in character.expressions]
+        # Of one tile at a time, for all its expressions.
         self._parts: dict[int, Part] = {}
+        self._maps: dict[int, NDArray[np.float32]] = {}
 
     def squares(self, stack: Stack, tile: int) -> NDArray[np.float64]:
         part = self._model.parts[self._kind.name, tile]
@@ -85,8 +87,10 @@ class _ModelSide:
         return blended_rows(self._part(tile), self._weights(tile)[self._order[n]])
 
     def _weights(self, tile: int) -> NDArray[np.float32]:
-        weights = self._model.weights[tile]
-        return weights if isinstance(weights, np.ndarray) else weights.values
+        if tile not in self._maps:
+            weights = self._model.weights[tile]
+            self._maps = {tile: weights if isinstance(weights, np.ndarray) else weights.values}
+        return self._maps[tile]
 
     def _part(self, tile: int) -> Part:
         if tile not in self._parts:

@@ -8,7 +8,7 @@ from facezip.files.reading import reading
 from facezip.pack.manifest import FILE_NAME, Manifest
 from facezip.pack.parsing import damaged_pack, read_manifest
 from facezip.pack.read import read_stored
-from facezip.pack.verification import stored, verify_pack
+from facezip.pack.verification import stored
 
 
 def examine_pack(folder: Path) -> Diagnosis:
@@ -21,7 +21,7 @@ def examine_pack(folder: Path) -> Diagnosis:
         rows, summary = _rows(manifest), _summary(manifest)
         faults += _changed(folder, manifest)
         if not faults:
-            read_stored(folder, verify_pack(folder))
+            read_stored(folder, manifest)
     except FaceZipError as error:
         faults.append(error)
     return Diagnosis("pack", str(folder), summary, tuple(rows), distinct(faults))
@@ -43,7 +43,9 @@ def _changed(folder: Path, manifest: Manifest) -> list[FaceZipError]:
         for name, stated in manifest.files.items():
             if name not in present:
                 wrong[name] = "missing"
-            elif (folder / name).is_file() and stored(folder / name) != stated:
+            elif (folder / name).is_symlink() or not (folder / name).is_file():
+                wrong[name] = "a link or folder, not a file"
+            elif stored(folder / name) != stated:
                 wrong[name] = "not as it was written"
     return [damaged_pack(folder, f"'{name}' is {what}") for name, what in sorted(wrong.items())]
 

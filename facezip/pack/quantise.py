@@ -146,13 +146,22 @@ def quantise_weights(weights: NDArray[np.float32]) -> StoredWeights:
     parts = map_rows(extent, weights.shape[1])
     offset: NDArray[np.float32] = np.min([low for low, _ in parts], axis=0)
     span: NDArray[np.float32] = np.max([high for _, high in parts], axis=0) - offset
+    return StoredWeights(weight_bytes(weights, offset, span), span, offset)
+
+
+def weight_bytes(
+    weights: NDArray[np.float32], offset: NDArray[np.float32], span: NDArray[np.float32]
+) -> NDArray[np.uint8]:
+    """Weight maps ``(N, h, w, R)`` as bytes of a range ``(R,)`` that holds them."""
     # Where the range is empty the values are zero and stay so.
     divisor = np.where(span > 0, span, np.float32(1))
 
     def rounded(rows: slice) -> NDArray[np.uint8]:
-        return np.rint((weights[:, rows] - offset) / divisor * np.float32(255)).astype(np.uint8)
+        # The sum of offset and span is rounded too.
+        steps = np.rint((weights[:, rows] - offset) / divisor * np.float32(255))
+        return steps.clip(0, 255).astype(np.uint8)
 
-    return StoredWeights(by_rows(rounded, weights.shape, np.uint8, axis=1), span, offset)
+    return by_rows(rounded, weights.shape, np.uint8, axis=1)
 
 
 def best_ranges(differences: NDArray[np.float32], importance: NDArray[np.float32]) -> NDArray[np.float32]:

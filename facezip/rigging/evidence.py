@@ -9,7 +9,7 @@ strains the place, ρ k is small against the noise and its change shrinks to non
 In the basis of Q⁻¹ᐟ² K Q⁻¹ᐟ² the likelihood, with s at its best, needs eigenvalues and the diagonal of S alone.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -122,25 +122,22 @@ def estimate(character: Character, poses: Poses, weights: Mapping[int, NDArray[n
 def likeliest(poses: Poses, seen: Collection[tuple[Agreement, Raster]]) -> Poses:
     """The poses with that of :data:`SHARES` under which the scans' products on all tiles are likeliest."""
     choices = [replace(poses, share=share) for share in SHARES]
-    likelihoods = [sum(_likelihood(one, *tile) for tile in seen) for one in choices]
+    likelihoods = np.sum([_likelihoods(choices, *tile) for tile in seen], axis=0)
     return choices[int(np.argmax(likelihoods))]
 
 
-def _likelihood(poses: Poses, agreement: Agreement, raster: Raster) -> float:
-    """Over some rows of a tile: enough to tell."""
+def _likelihoods(choices: Sequence[Poses], agreement: Agreement, raster: Raster) -> NDArray[np.float64]:
+    """Of each choice over some rows of a tile: enough to tell."""
 
     def block(top: int, bottom: int) -> NDArray[np.float64]:
-        total = 0.0
+        total = np.zeros(len(choices))
+        # A row at a time: covariances of many scans take far more room than their weights.
         for row in range(top, bottom, THINNED):
-            total += float(_row(poses, agreement, raster, row).likelihood.sum())
-        return np.array(total)
+            products = agreement.rows(row, row + 1)[0]
+            total += [wiener(one.likeness(raster, row), products, agreement.least).likelihood.sum() for one in choices]
+        return total
 
-    return float(sum_rows(block, len(raster.face)))
-
-
-def _row(poses: Poses, agreement: Agreement, raster: Raster, row: int) -> Filter:
-    """A row at a time: covariances of many scans take far more room than their weights."""
-    return wiener(poses.likeness(raster, row), agreement.rows(row, row + 1)[0], agreement.least)
+    return sum_rows(block, len(raster.face))
 
 
 def _on_tile(agreement: Agreement, raster: Raster, poses: Poses, weights: NDArray[np.float32], unit: float) -> Estimate:
@@ -155,7 +152,7 @@ def _on_tile(agreement: Agreement, raster: Raster, poses: Poses, weights: NDArra
 
     def rows(top: int, bottom: int) -> None:
         for row in range(top, bottom):
-            made = _row(poses, agreement, raster, row)
+            made = wiener(poses.likeness(raster, row), agreement.rows(row, row + 1)[0], agreement.least)
             out.weights[:, row] = np.einsum("tmn,ntr->mtr", made.shares, weights[:, row], optimize=True)
             out.evidence[:, row] = made.evidence.T
             out.expected[:, row] = unit * np.sqrt(made.variance.T)

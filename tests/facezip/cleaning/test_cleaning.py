@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
+from facezip.character.maps import Map
 from facezip.character.scans import Stack
 from facezip.cleaning.cells import cells_of
 from facezip.cleaning.exposure import even_out
@@ -139,6 +140,21 @@ def test_a_neutral_that_is_off_comes_to_the_scans(truth):
     evened, found = even_out(one_albedo(dark))
     assert evened.first.neutral.mean() / stack.neutral.mean() == pytest.approx(1, abs=0.006)
     assert found["neutral"] == pytest.approx([0.95] * 3, abs=0.006)
+
+
+def test_every_map_of_colours_is_evened_out_by_itself(truth):
+    """One that needs nothing takes nothing from those before it."""
+    stack = scans_of(truth, 1 / 255)
+    uneven = bright(stack, np.linspace(0.97, 1.03, SCANS))
+    one = one_albedo(uneven)
+    makeup, key = Map("makeup", "srgb"), ("makeup", 1001)
+    evened, found = even_out(replace(one, maps=(*one.maps, makeup), stacks={**one.stacks, key: stack}))
+    np.testing.assert_array_equal(evened.first.textures, even_out(one)[0].first.textures)
+    assert evened.stacks[key] is stack
+    assert found == even_out(one)[1]
+    both, gains = even_out(replace(one, maps=(*one.maps, makeup), stacks={**one.stacks, key: uneven}))
+    np.testing.assert_array_equal(both.stacks[key].textures, evened.first.textures)
+    assert gains == found | {f"{name} makeup": gain for name, gain in found.items()}
 
 
 def test_equal_exposures_stay_to_the_bit(truth):

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from facezip import FaceZipError
-from facezip.files.images import read_texture, to_float, write_texture
+from facezip.files.images import as_texels, read_texture, to_float, write_texture
 from facezip.files.srgb import decode_srgb, encode_srgb
 
 RNG = np.random.default_rng(0)
@@ -39,6 +39,15 @@ def test_srgb_curves_are_inverse_and_meet_the_standard():
 @pytest.mark.parametrize(("dtype", "top"), [(np.uint8, 255), (np.uint16, 65535), (np.float32, 1)])
 def test_every_type_spans_zero_to_one(dtype, top):
     np.testing.assert_allclose(to_float(np.array([0, top], dtype)), [0, 1], atol=1e-7)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+def test_values_become_the_texels_again_that_they_were(dtype):
+    top = 1 if dtype is np.float32 else np.iinfo(dtype).max
+    texels = np.linspace(0, top, 2**16).reshape(256, 256, 1).astype(dtype)
+    again = as_texels(to_float(texels), texels.dtype)
+    assert again.dtype == dtype
+    np.testing.assert_array_equal(again, texels)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -0.25, 1.5])

@@ -11,8 +11,7 @@ from facezip.character.samples import samples_of
 from facezip.character.scans import Stack
 from facezip.character.tiles import FIRST_TILE
 from facezip.fit.methods import METHODS, compress
-from facezip.fit.refine import joint_system
-from facezip.fit.sweep import solve_textures, weight_system
+from facezip.fit.sweep import joint_system, solve_textures, weight_system
 from facezip.pack.errors import model_errors
 from facezip.pack.quantise import quantise
 from scenes.surface import in_tiles

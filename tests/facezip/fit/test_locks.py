@@ -9,7 +9,7 @@ from facezip.character.samples import samples_of
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import write_texture
 from facezip.fit.locks import Lock, read_locks
-from facezip.fit.sweep import solve_around
+from facezip.fit.sweep import solve_textures
 from facezip.pack.errors import albedo_errors, mean_rmse
 from facezip.pack.parsing import read_manifest
 from facezip.pack.quantise import quantise
@@ -37,7 +37,7 @@ def test_textures_around_locked_ones_are_least_squares(character):
     """Against numpy's on the residual, texel by texel."""
     samples, weights = samples_of(character.first), random_weights(4, 3, 5)
     locked = {1: np.random.default_rng(1).normal(0, 0.1, samples.neutral.shape).astype(np.float32)}
-    textures = solve_around(samples, weights, locked)
+    textures = solve_textures(samples, weights, locked=locked)
     np.testing.assert_array_equal(textures[1], locked[1])
     # With the locked part taken from the scans, those of the other slots are the ordinary solution.
     gaps = samples.scale * (samples.textures.astype(np.float32) - samples.neutral)

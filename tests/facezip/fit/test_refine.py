@@ -3,7 +3,8 @@ import pytest
 
 from facezip.character.samples import samples_of
 from facezip.fit.pca import principal_weights
-from facezip.fit.refine import balanced_start, fit_weights
+from facezip.fit.refine import fit_weights
+from facezip.fit.start import balanced_start
 from facezip.fit.sweep import solve_textures
 from facezip.pack.model import Part
 from facezip.pack.quantise import quantise
