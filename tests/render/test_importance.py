@@ -15,7 +15,7 @@ from render.sensitivity import squared_error_weight
 from render.skins import RENDERED, upload
 from render.staging import staged, staged_original
 from scenes.cameras import VIEWS
-from scenes.surface import in_tiles
+from scenes.tiles import in_tiles
 
 FRONT = ((VIEWS[0], "daylight"),)
 

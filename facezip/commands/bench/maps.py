@@ -60,9 +60,10 @@ def command(
 
 
 def _embedded(resolution: int, expressions: int, seed: int, nuisances: float) -> Character:
-    from scenes.surface import make_surface
+    from scenes.character import make_character
+    from scenes.face.capture import MAPS
 
-    return make_surface(resolution, expressions, seed, nuisances)
+    return make_character(resolution, expressions, seed, nuisances, maps=MAPS[:2])
 
 
 def _lines(document: Mapping[str, Any]) -> list[str]:
