@@ -38,6 +38,7 @@ from facezip.machine.progress import task
 from render.operator import Channels, ImageOperator, image_operator, map_slopes
 from render.paired import PairedRenderer
 from render.sensitivity import display_slope, slope_weight, squared_error_weight
+from render.skins import Skin, upload
 from render.staging import staged_map, staged_original, staged_topology
 from scenes.cameras import View, frame_of
 
@@ -72,24 +73,21 @@ class Sight:
         frame = frame_of(character.meshes.neutral)
         return PairedRenderer(staged_topology(character), frame, rigs, self.material, self.resolution)
 
-    def operators(self, character: Character, renderer: PairedRenderer, expression: str) -> Iterator[ImageOperator]:
-        """The operator of every look at an expression with all its maps, in their order.
-
-        It acts on :func:`staged_albedo`.
-        """
-        renderer.pose(character.mesh_vertices(expression))
-        maps = staged_original(character)(expression)
+    def operators(self, renderer: PairedRenderer, skin: Skin) -> Iterator[ImageOperator]:
+        """The operator of every look at what is :func:`posed`, in their order; it acts on :func:`staged_albedo`."""
         for view, rig in self.looks:
-            yield image_operator(renderer, maps, view, rig, self.spp, self.seed)
+            yield image_operator(renderer, skin, view, rig, self.spp, self.seed)
 
-    def slopes(
-        self, character: Character, renderer: PairedRenderer, expression: str
-    ) -> Iterator[dict[str, tuple[Channels, ...]]]:
+    def slopes(self, renderer: PairedRenderer, skin: Skin) -> Iterator[dict[str, tuple[Channels, ...]]]:
         """As :meth:`operators`, what small changes of the further maps do."""
-        renderer.pose(character.mesh_vertices(expression))
-        maps = staged_original(character)(expression)
         for view, rig in self.looks:
-            yield map_slopes(renderer, maps, view, rig, self.spp, self.seed)
+            yield map_slopes(renderer, skin, view, rig, self.spp, self.seed)
+
+
+def posed(character: Character, renderer: PairedRenderer, expression: str) -> Skin:
+    """Move the head into an expression; its skin, with all maps."""
+    renderer.pose(character.mesh_vertices(expression))
+    return upload(staged_original(character)(expression))
 
 
 def staged_albedo(character: Character, expression: str) -> NDArray[np.float32]:
@@ -109,9 +107,9 @@ def seen_importance(character: Character, sight: Sight) -> dict[Key, NDArray[np.
     renderer = sight.renderer(character)
     with task("Looking at texels", len(character.expressions) * len(sight.looks)) as advance:
         for name in character.expressions:
-            encoded = staged_albedo(character, name)
-            operators, slopes = sight.operators(character, renderer, name), sight.slopes(character, renderer, name)
-            for operator, changes in zip(operators, slopes, strict=True):
+            encoded, skin = staged_albedo(character, name), posed(character, renderer, name)
+            looks = zip(sight.operators(renderer, skin), sight.slopes(renderer, skin), strict=True)
+            for operator, changes in looks:
                 for kind, weight in _weights(character, operator, changes, encoded).items():
                     total[kind] = total.get(kind, np.zeros(weight.shape)) + weight
                 advance()

@@ -7,7 +7,7 @@ texels an image is made of.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from scipy.sparse import csr_array
 
 from facezip.machine.rows import map_rows
 from render.paired import PairedRenderer, Paths
-from render.skins import SkinMaps, upload
+from render.skins import Skin
 from scenes.cameras import View
 
 TAPS = 4
@@ -60,27 +60,24 @@ class ImageOperator:
         return np.stack(columns, axis=1).reshape(*self.texture_size, 3)
 
 
-def image_operator(
-    renderer: PairedRenderer, maps: SkinMaps, view: View, rig: str, spp: int, seed: int
-) -> ImageOperator:
+def image_operator(renderer: PairedRenderer, skin: Skin, view: View, rig: str, spp: int, seed: int) -> ImageOperator:
     """The operator of the pose that the renderer is in, from the random numbers that its ``render`` takes.
 
     Parameters
     ----------
     renderer : posed.
-    maps : of the skin. Of its albedo only the size counts, what textures then are applied to; the other maps are part
-        of the operator, which is linear in the albedo alone.
+    skin : of its albedo only the size counts, what textures then are applied to; the other maps are part of the
+        operator, which is linear in the albedo alone.
     view, rig, spp, seed : as in :meth:`render.paired.PairedRenderer.render`.
     """
-    paths = renderer.trace(upload(maps), view, rig, spp, seed)
-    black = renderer.render([upload(replace(maps, albedo=np.zeros((1, 1, 3), np.float32)))], view, rig, spp, seed)
-    texture_size = maps.albedo.shape[0], maps.albedo.shape[1]
+    paths, texture_size = renderer.trace(skin, view, rig, spp, seed), skin.sizes["albedo"]
+    black = renderer.render([skin.blackened()], view, rig, spp, seed)
     (channels,) = _matrices(paths, [(paths.diffuse, texture_size)], black.coverage.shape)
     return ImageOperator(channels, black.linear[0], black.coverage, texture_size)
 
 
 def map_slopes(
-    renderer: PairedRenderer, maps: SkinMaps, view: View, rig: str, spp: int, seed: int
+    renderer: PairedRenderer, skin: Skin, view: View, rig: str, spp: int, seed: int
 ) -> dict[str, tuple[Channels, ...]]:
     """What small changes of the maps beside the albedo do to an image, to first order; as :func:`image_operator`.
 
@@ -89,8 +86,7 @@ def map_slopes(
     By map, for each channel (values; of normals the slopes x/z and y/z), three sparse ``(H·W, h·w)`` matrices, one a
     colour channel, of the map's own size.
     """
-    paths = renderer.trace(upload(maps), view, rig, spp, seed)
-    sizes = {name: (values.shape[0], values.shape[1]) for name, values in maps.present.items()}
+    paths, sizes = renderer.trace(skin, view, rig, spp, seed), skin.sizes
     wanted = [(light, sizes[name]) for name, channels in paths.slopes.items() for light in channels]
     found = iter(_matrices(paths, wanted, (renderer.resolution, renderer.resolution)))
     return {name: tuple(next(found) for _ in channels) for name, channels in paths.slopes.items()}

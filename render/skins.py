@@ -50,6 +50,15 @@ class Skin:
 
     textures: Mapping[str, Any]
 
+    @property
+    def sizes(self) -> dict[str, tuple[int, int]]:
+        """Rows and columns of each map."""
+        return {name: (texture.shape[0], texture.shape[1]) for name, texture in self.textures.items()}
+
+    def blackened(self) -> "Skin":
+        """The same maps over an albedo of zero."""
+        return Skin({**self.textures, "albedo": _texture(np.zeros((1, 1, 3), np.float32))})
+
     def colour(self, uv: Any, active: Any) -> Any:
         """Linear albedo."""
         import mitsuba as mi

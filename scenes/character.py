@@ -15,7 +15,7 @@ from facezip.character.tiles import FIRST_TILE
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import Texels
 from facezip.machine.progress import track
-from scenes.face.capture import Nuisances, captured
+from scenes.face.capture import MAPS, Nuisances, captured, captured_maps
 from scenes.face.expressions import expression_weights
 from scenes.face.head import Head, build_head
 from scenes.face.shapes import ARKIT_SHAPES, shape_deltas
@@ -25,6 +25,7 @@ from scenes.face.skin.relief import Relief, relief
 from scenes.face.skin.sampling import TexelGrid, closed
 from scenes.face.skin.strain import Strain, strain
 from scenes.face.skin.wrinkles import wrinkled
+from scenes.tiles import in_tiles
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +100,14 @@ class Posed:
         return relief(self.person.ground, self.strain)
 
 
-def make_character(resolution: int = 512, expressions: int = 20, seed: int = 0, nuisances: float = 1.0) -> Character:
+def make_character(
+    resolution: int = 512,
+    expressions: int = 20,
+    seed: int = 0,
+    nuisances: float = 1.0,
+    maps: tuple[str, ...] = (),
+    tiles: tuple[int, int] = (1, 1),
+) -> Character:
     """Scans of the embedded character: 8-bit textures, meshes, and the mask of the face region.
 
     Parameters
@@ -108,39 +116,52 @@ def make_character(resolution: int = 512, expressions: int = 20, seed: int = 0, 
     expressions : how many; the first twenty have names, further ones are seeded compounds.
     seed : which person, and which noise.
     nuisances : strength of misregistration, sensor noise and exposure drift; 0 for none, 1 for a good capture.
+    maps : names out of :data:`scenes.face.capture.MAPS`, besides the albedo and misregistered as it is; none depends
+        on which others there are.
+    tiles : columns and rows of UDIM tiles that its chart is spread over, at most 10 columns; both divide
+        ``resolution``.
 
     Raises
     ------
     FaceZipError
-        ``BAD_VALUE`` for a size or number outside its range.
+        ``BAD_VALUE`` for a size or number outside its range, or a map that the character does not have.
     """
-    check_size(resolution, expressions)
-    person = Person.make(resolution, seed)
-    named = expression_weights(expressions, seed)
-    scans = (albedo for albedo, _, _ in captures(person, named, nuisances))
+    _check(resolution, expressions, maps)
+    person, named = Person.make(resolution, seed), expression_weights(expressions, seed)
+    names = (ALBEDO, *(name for name in MAPS if name in maps))
+    scans = _scans(person, named, nuisances, names)
     neutral = next(scans)
-    textures = np.empty((len(named), *neutral.shape), np.uint8)
-    for n, texture in enumerate(track(scans, "Making the character", len(named))):
-        textures[n] = texture
-    return scanned(person, named, {ALBEDO: (neutral, textures)})
+    textures = {name: np.empty((len(named), *texels.shape), texels.dtype) for name, texels in neutral.items()}
+    for n, scan in enumerate(track(scans, "Making the character", len(named))):
+        for name, texels in scan.items():
+            textures[name][n] = texels
+    vertices = np.stack([person.vertices(weights) for weights in named.values()])
+    meshes, mask = Meshes(person.head.topology, person.head.vertices, vertices), face_mask(person.head, resolution)
+    stacks = {(name, FIRST_TILE): Stack(neutral[name], textures[name], mask) for name in names}
+    whole = Character("character", tuple(named), meshes, tuple(KNOWN[name] for name in names), stacks)
+    return in_tiles(whole, *tiles)
 
 
-def check_size(resolution: int, expressions: int) -> None:
-    """Raise ``BAD_VALUE`` for a character that cannot be made."""
+def _check(resolution: int, expressions: int, maps: tuple[str, ...]) -> None:
     if not (64 <= resolution <= 8192 and expressions >= 2):
         reason = f"{resolution} texels and {expressions} expressions; make 64 to 8192 texels and at least 2"
         raise FaceZipError(ErrorCode.BAD_VALUE, f"the embedded character cannot have {reason}")
+    for name in maps:
+        if name not in MAPS:
+            reason = f"has no map '{name}'; it has {', '.join((ALBEDO, *MAPS))}"
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"the embedded character {reason}")
 
 
-def scanned(person: Person, named: dict[str, dict[str, float]], maps: dict[str, tuple[Texels, Texels]]) -> Character:
-    """The character of a person, of some maps: the neutral ``(R, R, C)`` and expressions ``(N, R, R, C)`` of each."""
-    vertices = np.stack([person.vertices(weights) for weights in named.values()])
-    meshes, mask = (
-        Meshes(person.head.topology, person.head.vertices, vertices),
-        face_mask(person.head, len(person.albedo)),
-    )
-    stacks = {(name, FIRST_TILE): Stack(*texels, mask) for name, texels in maps.items()}
-    return Character("character", tuple(named), meshes, tuple(KNOWN[name] for name in maps), stacks)
+def _scans(
+    person: Person, named: dict[str, dict[str, float]], nuisances: float, names: tuple[str, ...]
+) -> Iterator[dict[str, Texels]]:
+    """The maps ``(R, R, C)`` of the neutral and of each expression, in the order of ``names``."""
+    strengths = Nuisances().scaled(nuisances)
+    for albedo, posed, rng in captures(person, named, nuisances):
+        found: dict[str, Texels] = {ALBEDO: albedo}
+        if names != (ALBEDO,):
+            found |= captured_maps(posed.relief, strengths, rng, registered=not posed.weights)
+        yield {name: found[name] for name in names}
 
 
 def captures(

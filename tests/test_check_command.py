@@ -11,7 +11,8 @@ from PIL import Image
 from facezip.character.loading import load_character, save_character
 from facezip.errors import ExitCode
 from scenes.character import make_character
-from scenes.surface import in_tiles, make_surface
+from scenes.face.capture import MAPS
+from scenes.tiles import in_tiles
 from tests.facezip.character.test_alignment import LEFT, MOVED, moved, off
 from tests.test_cli import run
 
@@ -63,7 +64,7 @@ def test_compress_warns_in_one_line_and_goes_on(folder, tmp_path):
 @pytest.fixture(scope="module")
 def tiled(folder):
     """A character with three maps on two tiles, one expression of which is off in all of them."""
-    true = make_surface(256, 4, nuisances=0)
+    true = make_character(256, 4, nuisances=0, maps=MAPS[:2])
     save_character(in_tiles(moved(true, 3)[0], 2, 1), folder / "tiled")
     return folder / "tiled", in_tiles(true, 2, 1)
 

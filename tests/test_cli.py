@@ -106,6 +106,14 @@ def bad_calls(scans, pack, folder):
             ExitCode.BAD_INPUT,
         ),
         "masks for the refined method": (("compress", scans, "-o", folder / "x", "--masks", 20), ExitCode.USAGE),
+        "masks for PCA": (
+            ("compress", scans, "-o", folder / "x", "--method", "pca", "--masks", 20),
+            ExitCode.USAGE,
+        ),
+        "restarts for masks": (
+            ("compress", scans, "-o", folder / "x", "--method", "masks", "--restarts", 2),
+            ExitCode.USAGE,
+        ),
         "a target for the paper's": (
             ("compress", scans, "-o", folder / "x", "--method", "paper", "--target-rmse", 2),
             ExitCode.USAGE,

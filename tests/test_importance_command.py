@@ -11,7 +11,7 @@ from facezip.files.images import write_texture, write_values
 from facezip.files.values import read_values
 from facezip.fit.importance import importance_files, map_factors
 from scenes.character import make_character
-from scenes.surface import make_surface
+from scenes.face.capture import MAPS
 from tests.test_cli import run
 
 QUICK = ("--views", 2, "--lights", 1, "--resolution", 32, "--spp", 2)
@@ -66,7 +66,7 @@ def test_compress_takes_what_it_wrote(scans, report, tmp_path):
 def tiled(tmp_path_factory):
     """A character with albedo, normals and roughness on two tiles, and the answer for it."""
     folder = tmp_path_factory.mktemp("tiled")
-    save_character(make_surface(64, 5, tiles=(2, 1)), folder / "person")
+    save_character(make_character(64, 5, tiles=(2, 1), maps=MAPS[:2]), folder / "person")
     call = ("importance", folder / "person", "-o", folder / "importance", *QUICK, "--floor", 0.25)
     done = run(*call, "--differences", 2, "--json")
     assert done.returncode == 0, done.stderr

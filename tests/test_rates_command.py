@@ -25,6 +25,15 @@ def test_the_report_is_a_page_with_its_numbers_beside_it_and_is_kept(tmp_path):
     assert run(*call).returncode == ExitCode.CANNOT_WRITE
 
 
+def test_sizes_of_the_embedded_character_are_refused_beside_scans(tmp_path):
+    for verb in ("rates", "paper"):
+        done = run(verb, tmp_path / "sheet", "-o", tmp_path / "out", "--expressions", 3)
+        assert done.returncode == ExitCode.USAGE
+        assert "--expressions" in done.stderr
+        assert "of the embedded character" in done.stderr
+    assert not any(tmp_path.iterdir())
+
+
 def test_a_round_that_adds_nothing_is_refused_before_any_work(tmp_path):
     save_character(random_character(side=32, expressions=4), tmp_path / "sheet")
     done = run("rates", tmp_path / "sheet", "-o", tmp_path / "rates", "--blends-to", 3)

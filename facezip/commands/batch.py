@@ -16,7 +16,7 @@ from facezip.batch import finished
 from facezip.batch.jobs import Job, find_jobs
 from facezip.batch.workers import crew
 from facezip.commands import options
-from facezip.commands.fit_options import DEFAULTS, check_together, fit_options, on_line, request_of
+from facezip.commands.fit_options import DEFAULTS, check_together, fit_options, request_of
 from facezip.commands.words import megabytes
 from facezip.errors import ErrorCode, ExitCode, FaceZipError
 from facezip.files.writing import alone, write_whole
@@ -112,7 +112,7 @@ def _resolved(context: click.Context, job: Job, settings: Mapping[str, Any]) -> 
             ErrorCode.BAD_VALUE, f"{job.name}: '{unknown[0]}' is no setting; there are name, path, {', '.join(known)}"
         )
     listed = {name: known[name].type_cast_value(context, value) for name, value in job.settings.items()}
-    given = on_line(context) & {*known, "memory"}
+    given = options.on_line(context) & {*known, "memory"}
     whole = {**settings, **listed, **{name: settings[name] for name in given & {*known}}}
     check_together(given | {*listed}, whole)
     return replace(job, settings=whole)

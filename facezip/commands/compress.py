@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from facezip.commands import options
-from facezip.commands.fit_options import GOALS, check_together, fit_options, on_line, request_of
+from facezip.commands.fit_options import GOALS, check_together, fit_options, request_of
 from facezip.commands.words import cleaning_words, error_words, masks_words, megabytes, memory_words
 from facezip.fit.pipeline import compress_into
 from facezip.machine.memory import beside, limited
@@ -52,7 +52,7 @@ def command(
     NAME.roughness.png, NAME.specular.png and NAME.cavity.png beside them share the weight maps; NAME.1001.png … are
     UDIM tiles.
     """
-    check_together(on_line(context), given)
+    check_together(options.on_line(context), given)
     request = replace(request_of(given), locks=_locks(locks, given))
     with limited(memory, beside(output)):
         document = compress_into(character, output, request, overwrite, lambda line: print(line, file=sys.stderr))

@@ -6,6 +6,7 @@ import click
 
 from facezip.character.folder import file_name, write_map
 from facezip.character.maps import Map
+from facezip.character.scans import unknown
 from facezip.commands import options
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.writing import whole_folder
@@ -50,6 +51,9 @@ def _decompress(pack: Path, output: Path, names: tuple[str, ...], blend: str | N
     """Write the textures; the names of their files."""
     model = read_pack(pack)
     blends = _blends(model, names, blend)
+    for name in (name for weights in blends.values() for name in weights):
+        if one_form(name) not in model.expressions:
+            raise unknown("expression", name, model.expressions, str(pack))
     known = {stem for name in (*model.expressions, BLEND_FILE) for stem in _stems(model, name).values()}
     textures = []
 

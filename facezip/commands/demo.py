@@ -47,11 +47,12 @@ def command(
     from render.settings import Settings
     from render.validation import validate
     from reports.validation import write_validation_report
-    from scenes.surface import make_surface
+    from scenes.character import make_character
+    from scenes.face.capture import MAPS
 
     start = perf_counter()
     with whole_folder(output, overwrite, _is_demo) as folder:
-        save_character(make_surface(resolution, expressions, seed), folder / "character")
+        save_character(make_character(resolution, expressions, seed, maps=MAPS[:2]), folder / "character")
         scans = load_character(folder / "character")
         pack = folder / PACK
         request = Request(map_weights=MAP_WEIGHTS)

@@ -5,7 +5,6 @@ from dataclasses import asdict, fields
 from typing import Any
 
 import click
-from click.core import ParameterSource
 
 from facezip.cleaning.steps import STEPS
 from facezip.commands import options
@@ -116,17 +115,14 @@ def check_together(names: set[str], given: Mapping[str, Any]) -> None:
         raise click.UsageError("--target-rmse and --budget-mb need --method refined")
     if method not in ("refined", "masks") and given["importance"]:
         raise click.UsageError("--importance needs --method refined or masks")
-    if method == "refined" and names & {"masks", "restarts"}:
-        raise click.UsageError("--masks and --restarts are of the paper's method: add --method paper, or masks")
+    for name in sorted(names & {"masks", "restarts"}):
+        if name not in USED[method]:
+            takers = " or ".join(other for other, settings in USED.items() if name in settings)
+            raise click.UsageError(f"--{name} needs --method {takers}")
     if method not in ("refined", "masks") and given["nonnegative"]:
         raise click.UsageError("--nonnegative needs --method refined or masks")
     if "memory" in names and method not in STREAMED:
         raise click.UsageError(f"--memory needs --method {' or '.join(STREAMED)}: the others hold all textures")
-
-
-def on_line(context: click.Context) -> set[str]:
-    """Names of the options that stand on the command line."""
-    return {name for name in context.params if context.get_parameter_source(name) is ParameterSource.COMMANDLINE}
 
 
 def _setting(name: str, metavar: str, help_: str) -> Callable[..., Any]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from facezip.names import printable
 
@@ -18,6 +19,21 @@ seed = click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show
 expressions = click.option("--expressions", type=click.IntRange(min=2), default=20, show_default=True, metavar="N")
 repeats = click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, metavar="N")
 overwrite = click.option("--overwrite", is_flag=True, help="Replace an output that facezip made before.")
+
+
+def on_line(context: click.Context) -> set[str]:
+    """Names of the options that stand on the command line."""
+    return {name for name in context.params if context.get_parameter_source(name) is ParameterSource.COMMANDLINE}
+
+
+def check_embedded(character: Path | None, *names: str) -> None:
+    """Refuse options of the embedded character beside scans, to which they would say nothing."""
+    if character is None or not on_line(click.get_current_context()) & {*names}:
+        return
+    *others, last = (f"--{name}" for name in names)
+    words = f"{', '.join(others)} and {last} are" if others else f"{last} is"
+    left = "those" if others else "it"
+    raise click.UsageError(f"{words} of the embedded character: leave {left} out")
 
 
 def _bytes(context: click.Context, option: click.Parameter, value: str | None) -> int | None:

@@ -77,7 +77,7 @@ def command(
 
     if character is None and template is not None:
         raise click.UsageError("--template is for scans: the embedded character has its own")
-
+    options.check_embedded(character, "expressions")
     with whole_folder(output, overwrite, lambda folder: (folder / REPORT_FILE).is_file()) as folder:
         if character is None:
             people, widths = _embedded(resolutions or EMBEDDED, expressions, settings["seed"])

@@ -62,6 +62,7 @@ def command(
     from reports.rates.report import write_rates_report
     from scenes.character import make_character
 
+    options.check_embedded(character, "resolution", "expressions")
     with whole_folder(output, overwrite, lambda folder: (folder / REPORT_FILE).is_file()) as folder:
         scans = load_character(character) if character else make_character(resolution, expressions, seed)
         document = measure_rates(scans, blends_to, effort, seed)

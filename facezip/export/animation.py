@@ -35,7 +35,8 @@ def read_animation(path: Path) -> list[Frame]:
         with open(path, newline="", encoding="utf-8-sig") as file:
             names, *rows = [row for row in csv.reader(file) if row] or [[]]
     except FileNotFoundError:
-        raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such animation") from None
+        reason = "no such animation; give a CSV file of weights by frame"
+        raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: {reason}") from None
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise FaceZipError(ErrorCode.BAD_VALUE, f"{path}: not a readable CSV file ({error})") from None
     names = [name.strip() for name in names]
@@ -75,6 +76,5 @@ def _frame(path: Path, number: int, names: Sequence[str], row: Sequence[str]) ->
     try:
         return {name: float(value) for name, value in zip(names, row, strict=True)}
     except ValueError:
-        raise FaceZipError(
-            ErrorCode.BAD_VALUE, f"{path}: row {number} of weights is not {len(names)} numbers"
-        ) from None
+        reason = f"row {number} of weights is not {len(names)} numbers, one for each name of the first row"
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"{path}: {reason}") from None

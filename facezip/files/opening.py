@@ -64,7 +64,7 @@ def opened(path: Path) -> Iterator[Any]:
 
 def _check_kind(path: Path) -> None:
     if not path.is_file():
-        raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such texture; add the file or remove its mesh")
+        raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such image; add it, or name another")
     with open(path, "rb") as file:
         start = file.read(8)
     suffix = path.suffix.lower()

@@ -11,7 +11,7 @@ from facezip.character.maps import ALBEDO, Key
 from facezip.character.scans import NEUTRAL, Character, Stack
 from facezip.character.tiles import Atlas
 from facezip.files.srgb import decode_srgb
-from render.importance import Sight, face_means, staged_albedo
+from render.importance import Sight, face_means, posed, staged_albedo
 from render.operator import ImageOperator
 from reports.figures import nice_ticks
 from reports.images import BACKDROP, ColourScale, Crop, data_uri, display, to_bytes
@@ -45,7 +45,8 @@ def head_panels(
     first = replace(sight, looks=tuple((view, rigs[view]) for view in reversed(rigs)))
     neutral = decode_srgb(staged_albedo(character, NEUTRAL))
     weights = Atlas.of(character.tiles).joined({tile: importance[ALBEDO, tile][:, :, None] for tile in character.tiles})
-    operators = first.operators(character, first.renderer(character), NEUTRAL)
+    renderer = first.renderer(character)
+    operators = first.operators(renderer, posed(character, renderer, NEUTRAL))
     panels = []
     for (view, rig), operator in zip(first.looks, operators, strict=True):
         crop, name = Crop.around([operator.coverage]), view.name.replace("_", " ")

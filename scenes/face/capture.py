@@ -1,10 +1,17 @@
 """What a capture adds to the truth: misregistration, sensor noise, drift of the exposure."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates, zoom
+
+from facezip.character.maps import KNOWN, normals_of
+from facezip.files.images import Texels
+from scenes.face.skin.relief import Relief
+
+# What a capture gives besides the albedo, in the order of files.
+MAPS = ("normal", "roughness", "specular", "cavity")
 
 
 @dataclass(frozen=True)
@@ -40,6 +47,28 @@ def captured(
         grain = rng.standard_normal(texture.shape, np.float32) * np.float32(nuisances.noise / 255)
         texture = texture + grain * np.sqrt(0.3 + 1.4 * np.clip(texture, 0, 1))
     return np.clip(texture, 0, 1).astype(np.float32)
+
+
+def captured_maps(
+    truth: Relief, nuisances: Nuisances, rng: np.random.Generator, registered: bool = False
+) -> dict[str, Texels]:
+    """All of :data:`MAPS`, 8 bits a channel; normals as the slopes of those are fitted."""
+    # Maps are solved for from photographs under many lights: exposure does not count, and noise averages out.
+    steady = replace(nuisances, drift=0.0, noise=0.5 * nuisances.noise)
+    encoded = np.concatenate(
+        [(normals_of(truth.slopes) + 1) / 2, truth.roughness, truth.specular, truth.cavity], axis=2
+    )
+    seen = np.rint(captured(encoded, steady, rng, registered) * 255)
+    normals = KNOWN["normal"].encode(_unit(2 * seen[..., :3] / 255 - 1))
+    found: dict[str, Texels] = {"normal": np.rint(normals * 65535).astype(np.uint16)}
+    for channel, name in enumerate(MAPS[1:], 3):
+        found[name] = np.ascontiguousarray(seen[..., channel, None]).astype(np.uint8)
+    return found
+
+
+def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float32]:
+    length = np.sqrt(np.square(vectors).sum(axis=2, keepdims=True))
+    return (vectors / np.maximum(length, 1e-6)).astype(np.float32)
 
 
 def _warped(texture: NDArray[np.float32], amount: float, rng: np.random.Generator) -> NDArray[np.float32]:

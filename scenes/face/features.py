@@ -5,7 +5,7 @@ on the eyeball. A band of rows folds into the mouth: behind the upper lip to the
 out again over the lower teeth.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,7 @@ MOUTH_Y = -6.10
 MOUTH_HALF_WIDTH = 2.45
 
 
-@dataclass(frozen=True)
-class Rows:
+class Rows(NamedTuple):
     """Which rows of the grid carry which feature: margins of the lids, first and last row of the mouth's pocket."""
 
     lower_lid: int

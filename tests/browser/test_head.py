@@ -10,7 +10,9 @@ import facezip
 from facezip.character.neutrals import packed_neutral, unpacked_neutral
 from facezip.character.tiles import place_of, tiles_of_faces
 from facezip.pack.model import Part
-from scenes.surface import in_tiles, make_surface
+from scenes.character import make_character
+from scenes.face.capture import MAPS
+from scenes.tiles import in_tiles
 from tests.browser.conftest import viewing
 from tests.browser.rasterise import seen_uv
 
@@ -98,7 +100,7 @@ def errors_of(model, kind, tile, blend, uv, pixels):
 @pytest.fixture(scope="module")
 def surface():
     """The embedded character."""
-    return make_surface(128, 4)
+    return make_character(128, 4, maps=MAPS[:2])
 
 
 @pytest.mark.parametrize(("tiles", "blend"), [((1, 1), {"smile": 1.0}), ((2, 1), {"laugh": 0.5, "frown": 0.4})])

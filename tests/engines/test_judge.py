@@ -11,7 +11,8 @@ from render.candidates import candidate
 from render.settings import Settings
 from render.validation import validate
 from scenes.cameras import VIEWS
-from scenes.surface import make_surface
+from scenes.character import make_character
+from scenes.face.capture import MAPS
 from tests.engines import cycles
 from tests.engines.judge import judged
 
@@ -21,7 +22,7 @@ def verdict(tmp_path_factory):
     """Both verdicts of a small demo."""
     cycles.needed()
     demo = tmp_path_factory.mktemp("demo")
-    save_character(make_surface(128, 2), demo / "character")
+    save_character(make_character(128, 2, maps=MAPS[:2]), demo / "character")
     scans = load_character(demo / "character")
     write_pack(compress(scans, "pca", differences=1), demo / "character.facezip")
     (demo / "report").mkdir()

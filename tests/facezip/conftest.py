@@ -1,6 +1,3 @@
-import json
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +12,7 @@ from facezip.fit.methods import compress
 from facezip.pack.errors import albedo_errors, mean_rmse
 from facezip.pack.masked import MaskedWeights
 from facezip.pack.model import CompressedTextures, Part
+from tests.peaks import peak_of
 
 ALBEDO_KEY = (ALBEDO, FIRST_TILE)
 
@@ -134,12 +132,5 @@ def principal_components(character, count):
 
 
 def peak_of_compress(scans, pack, *options):
-    """Peak memory of ``facezip compress`` by PCA in a process of its own, and the document that it prints."""
-    line = ["compress", scans, "-o", pack, "--overwrite", "--method", "pca", "--differences", "6", "--json", *options]
-    # As many threads, and what they work on, on every machine.
-    call = "import os, sys; os.sched_getaffinity = lambda _: {0, 1}; "
-    call += "from facezip.cli import facezip; from facezip.machine.conditions import peak_memory; "
-    call += "facezip.main(standalone_mode=False); print(peak_memory(), file=sys.stderr)"
-    command = [sys.executable, "-c", call, *line]
-    done = subprocess.run([*map(str, command)], capture_output=True, text=True, timeout=120, check=True)
-    return int(done.stderr.split()[-1]), json.loads(done.stdout)
+    """As :func:`tests.peaks.peak_of`, of ``facezip compress`` by PCA."""
+    return peak_of(*("compress", scans, "-o", pack, "--overwrite", "--method", "pca", "--differences", 6), *options)

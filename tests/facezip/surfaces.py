@@ -6,7 +6,7 @@ import OpenImageIO as oiio
 from facezip.character.maps import KNOWN, normals_of
 from facezip.character.scans import Stack
 from facezip.character.tiles import FIRST_TILE
-from scenes.surface import in_tiles
+from scenes.tiles import in_tiles
 from tests.facezip.conftest import random_character
 
 

@@ -11,9 +11,9 @@ from render.paired import PairedRenderer
 from render.skins import SkinMaps, upload
 from scenes.cameras import VIEWS, frame_of
 from scenes.character import make_character
+from scenes.face.capture import MAPS
 from scenes.lights import RIGS
 from scenes.materials import MATERIALS
-from scenes.surface import MAPS, make_surface
 
 EXPRESSION = "smile"
 SPP = 64
@@ -42,7 +42,7 @@ def test_rigs_and_materials_look_as_they_did(facezip_image, scans, renderers, ma
 
 @pytest.mark.parametrize("material", list(MATERIALS))
 def test_a_skin_of_all_maps_looks_as_it_did(facezip_image, renderers, material):
-    surface = make_surface(128, 2, maps=MAPS)
+    surface = make_character(128, 2, maps=MAPS)
     maps = {kind.name: kind.decode(surface.texels(EXPRESSION, (kind.name, FIRST_TILE))) for kind in surface.maps}
     skin = upload(SkinMaps(**maps))
     facezip_image(lambda seed: renderers[material].render([skin], VIEWS[1], "side", SPP, seed).linear[0])

@@ -9,13 +9,13 @@ from facezip.files.images import to_float
 from facezip.files.srgb import decode_srgb
 from facezip.fit.methods import compress
 from render.effect import image_errors
-from render.importance import Sight, regularised, seen_importance, staged_albedo
+from render.importance import Sight, posed, regularised, seen_importance, staged_albedo
 from render.metrics import display
 from render.sensitivity import squared_error_weight
 from render.skins import RENDERED, upload
 from render.staging import staged, staged_original
 from scenes.cameras import VIEWS
-from scenes.surface import in_tiles
+from scenes.tiles import in_tiles
 
 FRONT = ((VIEWS[0], "daylight"),)
 
@@ -49,7 +49,8 @@ def with_maps(character):
 
 @pytest.fixture(scope="module")
 def operator(character, sight):
-    return next(sight.operators(character, sight.renderer(character), "smile"))
+    renderer = sight.renderer(character)
+    return next(sight.operators(renderer, posed(character, renderer, "smile")))
 
 
 def squared_image_error(operator, encoded, other):
@@ -62,7 +63,7 @@ def test_it_is_zero_exactly_where_no_camera_sees_a_texel(character, sight, seen)
     renderer = sight.renderer(character)
     looked_up = np.zeros(character.first.resolution)
     for name in character.expressions:
-        for operator in sight.operators(character, renderer, name):
+        for operator in sight.operators(renderer, posed(character, renderer, name)):
             head = np.repeat(operator.coverage[:, :, None] >= 0.5, 3, axis=2)
             looked_up += operator.transposed(head.astype(np.float32)).sum(axis=2)
     np.testing.assert_array_equal(seen > 0, looked_up > 0)
@@ -117,7 +118,7 @@ def test_it_is_exact_for_the_albedo_among_other_maps(tiled, sight, seed):
     """Images of a shiny skin with normals and roughness: equal errors make the error that it predicts, others less."""
     shiny = replace(sight, material="skin")
     renderer = shiny.renderer(tiled)
-    operator = next(shiny.operators(tiled, renderer, "smile"))
+    operator = next(shiny.operators(renderer, posed(tiled, renderer, "smile")))
     encoded, name = staged_albedo(tiled, "smile") * np.float32(0.8) + np.float32(0.1), "smile"
     weight = squared_error_weight(operator, encoded)
     equal = np.full(weight.shape, 1e-3, np.float32)
@@ -156,7 +157,7 @@ def test_slopes_are_what_an_image_makes_of_a_small_change(shiny, name):
     """
     scans, look = shiny
     renderer = look.renderer(scans)
-    channels = next(look.slopes(scans, renderer, "smile"))[name]
+    channels = next(look.slopes(renderer, posed(scans, renderer, "smile")))[name]
     maps = staged_original(scans)("smile")
     rng, size, change = np.random.default_rng(1), getattr(maps, name).shape[:2], 2e-3
     for channel, matrices in enumerate(channels):

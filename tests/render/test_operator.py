@@ -20,7 +20,7 @@ def paired(head, request):
 
 @pytest.fixture(scope="module")
 def operator(paired, texture):
-    return image_operator(paired[1], SkinMaps(texture), VIEWS[1], "studio", SPP, 5)
+    return image_operator(paired[1], upload(SkinMaps(texture)), VIEWS[1], "studio", SPP, 5)
 
 
 def random(*shape, seed=0):
@@ -33,7 +33,7 @@ def test_it_gives_the_image_of_the_renderer(paired, rig, size):
     _, renderer = paired
     encoded = random(*size, 3)
     image = renderer.render([upload(SkinMaps(encoded))], VIEWS[0], rig, SPP, 3)
-    operator = image_operator(renderer, SkinMaps(encoded), VIEWS[0], rig, SPP, 3)
+    operator = image_operator(renderer, upload(SkinMaps(encoded)), VIEWS[0], rig, SPP, 3)
     assert image.linear.max() > 0.3
     np.testing.assert_allclose(operator.image(decode_srgb(encoded)), image.linear[0], atol=2e-6)
     np.testing.assert_array_equal(operator.coverage, image.coverage)
@@ -47,7 +47,7 @@ def test_it_holds_what_the_other_maps_do(paired):
     encoded = random(32, 32, 3, seed=7)
     maps = SkinMaps(encoded, normal, *(random(8, 8, 1, seed=seed) for seed in (8, 9, 10)))
     image = renderer.render([upload(maps)], VIEWS[0], "studio", SPP, 3).linear[0]
-    operator = image_operator(renderer, maps, VIEWS[0], "studio", SPP, 3)
+    operator = image_operator(renderer, upload(maps), VIEWS[0], "studio", SPP, 3)
     np.testing.assert_allclose(operator.image(decode_srgb(encoded)), image, atol=2e-6)
 
 
@@ -79,7 +79,7 @@ def test_every_pixel_looks_up_a_texel_once(operator):
 
 
 def test_equal_seeds_give_equal_bits(paired, operator, texture):
-    again = image_operator(paired[1], SkinMaps(texture), VIEWS[1], "studio", SPP, 5)
+    again = image_operator(paired[1], upload(SkinMaps(texture)), VIEWS[1], "studio", SPP, 5)
     for one, other in zip(operator.channels, again.channels, strict=True):
         np.testing.assert_array_equal(one.data, other.data)
         np.testing.assert_array_equal(one.indices, other.indices)

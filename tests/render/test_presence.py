@@ -8,7 +8,7 @@ import pytest
 from facezip.character.maps import ALBEDO
 from facezip.errors import ErrorCode, FaceZipError
 from render.presence import check_present, face_triangles
-from scenes.surface import in_tiles
+from scenes.tiles import in_tiles
 from tests.facezip.conftest import random_character, with_albedo
 
 SEEN = np.array([[-1, 0], [1, 1]], np.int32)

@@ -19,7 +19,7 @@ from reports.paper.generated import (
     texture_errors,
 )
 from reports.paper.strips import strips
-from scenes.surface import in_tiles
+from scenes.tiles import in_tiles
 from tests.facezip.rigging.case import SHAPES, make_case
 
 

@@ -8,7 +8,7 @@ import pytest
 from facezip.character.scans import Stack
 from facezip.errors import ErrorCode, FaceZipError
 from reports.paper.sizes import at_widths, halved, reduced, widths_of
-from scenes.surface import in_tiles
+from scenes.tiles import in_tiles
 from tests.facezip.conftest import random_character, with_albedo
 
 

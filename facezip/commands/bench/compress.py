@@ -6,7 +6,6 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import click
-from click.core import ParameterSource
 
 from facezip.character.loading import load_character, save_character
 from facezip.character.scans import Character
@@ -28,9 +27,7 @@ TINY = 64
 @options.repeats
 @options.memory
 @options.as_json
-@click.pass_context
 def command(
-    context: click.Context,
     character: Path | None,
     resolution: int,
     expressions: int,
@@ -44,8 +41,7 @@ def command(
     Both are measured in turn, in one fresh process whose peak memory is reported; kernels were compiled before, by
     a tiny run in another process. Of the repeats, the one of median ratio is reported.
     """
-    if character and any(_given(context, name) for name in ("resolution", "expressions", "seed")):
-        raise click.UsageError("--resolution, --expressions and --seed are of the embedded character: leave those out")
+    options.check_embedded(character, "resolution", "expressions", "seed")
     from reports.paper.sizes import reduced
 
     with TemporaryDirectory(prefix="facezip-bench-") as place:
@@ -68,10 +64,6 @@ def command(
         "kernels": "compiled before, by a tiny run in another process; loaded in the first run",
     }
     options.answer(document, as_json, lambda: _lines(document))
-
-
-def _given(context: click.Context, name: str) -> bool:
-    return context.get_parameter_source(name) is ParameterSource.COMMANDLINE
 
 
 def _embedded(work: Path, resolution: int, expressions: int, seed: int) -> Character:

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import click
-from click.core import ParameterSource
 
 from facezip.character.loading import load_character
 from facezip.character.scans import Character
@@ -22,9 +21,7 @@ from facezip.machine.conditions import conditions
 @options.seed
 @click.option("--nuisances", type=click.FloatRange(0, 10), default=1.0, show_default=True, metavar="X", help="0: none.")
 @options.as_json
-@click.pass_context
 def command(
-    context: click.Context,
     character: Path | None,
     resolution: int,
     expressions: int,
@@ -37,10 +34,7 @@ def command(
     Bytes at run time, texture fetches and the errors of each map, as packs store them: RMSE (0..255) of colours and
     data, degrees between normals, inside the mask.
     """
-    given = (context.get_parameter_source(name) for name in ("resolution", "expressions", "seed", "nuisances"))
-    if character and ParameterSource.COMMANDLINE in given:
-        reason = "--resolution, --expressions, --seed and --nuisances are of the embedded character: leave those out"
-        raise click.UsageError(reason)
+    options.check_embedded(character, "resolution", "expressions", "seed", "nuisances")
     scans = load_character(character) if character else _embedded(resolution, expressions, seed, nuisances)
     document = {
         "maps": [kind.name for kind in scans.maps],
@@ -60,9 +54,10 @@ def command(
 
 
 def _embedded(resolution: int, expressions: int, seed: int, nuisances: float) -> Character:
-    from scenes.surface import make_surface
+    from scenes.character import make_character
+    from scenes.face.capture import MAPS
 
-    return make_surface(resolution, expressions, seed, nuisances)
+    return make_character(resolution, expressions, seed, nuisances, maps=MAPS[:2])
 
 
 def _lines(document: Mapping[str, Any]) -> list[str]:

@@ -7,7 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from facezip.machine.rows import map_rows
-from scenes.face.features import LID_HALF_WIDTH, MOUTH_HALF_WIDTH
+from scenes.face.features import LID_HALF_WIDTH, MOUTH_HALF_WIDTH, Rows
 from scenes.face.head import Head
 from scenes.face.sculpt import EYE
 from scenes.face.skin.noise import cells, fractal, smooth, value_noise
@@ -51,10 +51,9 @@ def neutral_albedo(head: Head, resolution: int, person: Complexion) -> NDArray[n
     texels = TexelGrid.of(head, resolution)
     colours = np.array([person.skin, person.lip, person.iris, person.hair])
     out = np.empty((resolution, resolution, 3), np.float32)
-    rows = (head.rows.lower_lid, head.rows.upper_lid, head.rows.lower_lip, head.rows.upper_lip)
 
     def paint(top: int, bottom: int) -> None:
-        _paint(top, bottom, *texels.arrays, rows, colours, person.freckles, person.beard, person.seed, out)
+        _paint(top, bottom, texels, head.rows, colours, person.freckles, person.beard, person.seed, out)
 
     map_rows(paint, resolution)
     return out
@@ -64,11 +63,8 @@ def neutral_albedo(head: Head, resolution: int, person: Complexion) -> NDArray[n
 def _paint(
     top: int,
     bottom: int,
-    grid: NDArray[np.float32],
-    row_of: NDArray[np.float64],
-    column_of: NDArray[np.float64],
-    texel: float,
-    rows: tuple[int, int, int, int],
+    texels: TexelGrid,
+    rows: Rows,
     colours: NDArray[np.float64],
     freckles: float,
     beard: float,
@@ -78,16 +74,16 @@ def _paint(
     p = np.empty(3)
     colour = np.empty(3)
     for j in range(top, bottom):
-        for i in range(len(column_of)):
-            at_texel(grid, row_of[j], column_of[i], p)
+        for i in range(len(texels.column_of)):
+            at_texel(texels.grid, texels.row_of[j], texels.column_of[i], p)
             x, y, z = p
-            _skin(x, y, z, texel, colours, freckles, beard, seed, colour)
+            _skin(x, y, z, texels.texel, colours, freckles, beard, seed, colour)
             if z > 4:
-                row = row_of[j]
-                if rows[0] - 1.2 < row < rows[1] + 1.2 and abs(abs(x) - EYE_X) < LID_HALF_WIDTH:
-                    _eye(x, y, z, row, rows[0], rows[1], texel, colours, seed, colour)
-                if rows[2] < row < rows[3] and abs(x) < MOUTH_HALF_WIDTH * 0.995:
-                    _mouth(x, y, z, row - rows[2], colours, seed, colour)
+                row = texels.row_of[j]
+                if rows.lower_lid - 1.2 < row < rows.upper_lid + 1.2 and abs(abs(x) - EYE_X) < LID_HALF_WIDTH:
+                    _eye(x, y, z, row, rows.lower_lid, rows.upper_lid, texels.texel, colours, seed, colour)
+                if rows.lower_lip < row < rows.upper_lip and abs(x) < MOUTH_HALF_WIDTH * 0.995:
+                    _mouth(x, y, z, row - rows.lower_lip, colours, seed, colour)
             for c in range(3):
                 out[j, i, c] = min(max(colour[c], 0.0), 1.0)
 

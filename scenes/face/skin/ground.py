@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from facezip.machine.rows import map_rows
-from scenes.face.features import LID_HALF_WIDTH, MOUTH_HALF_WIDTH
+from scenes.face.features import LID_HALF_WIDTH, MOUTH_HALF_WIDTH, Rows
 from scenes.face.head import Head
 from scenes.face.skin.albedo import EYE_X, EYE_Y
 from scenes.face.skin.gloss import WET, hollow, roughness, specular
@@ -44,8 +44,7 @@ class Ground:
         texels, square = TexelGrid.of(head, resolution), (resolution, resolution)
         height, gloss = np.empty(square, np.float32), np.empty((*square, 3), np.float32)
         skin = np.ones(square, np.bool_)
-        rows = (head.rows.lower_lid, head.rows.upper_lid, head.rows.lower_lip, head.rows.upper_lip)
-        map_rows(lambda top, bottom: _lay(top, bottom, *texels.arrays, rows, seed, height, gloss, skin), resolution)
+        map_rows(lambda top, bottom: _lay(top, bottom, texels, head.rows, seed, height, gloss, skin), resolution)
         return Ground(texels, height, gloss, skin, seed)
 
 
@@ -53,11 +52,8 @@ class Ground:
 def _lay(
     top: int,
     bottom: int,
-    grid: NDArray[np.float32],
-    row_of: NDArray[np.float64],
-    column_of: NDArray[np.float64],
-    texel: float,
-    rows: tuple[int, int, int, int],
+    texels: TexelGrid,
+    rows: Rows,
     seed: int,
     height: NDArray[np.float32],
     gloss: NDArray[np.float32],
@@ -65,20 +61,20 @@ def _lay(
 ) -> None:
     p = np.empty(3)
     for j in range(top, bottom):
-        for i in range(len(column_of)):
-            at_texel(grid, row_of[j], column_of[i], p)
+        for i in range(len(texels.column_of)):
+            at_texel(texels.grid, texels.row_of[j], texels.column_of[i], p)
             x, y, z = p
-            row = row_of[j]
-            eye = z > 4 and rows[0] - 0.4 < row < rows[1] + 0.4 and abs(abs(x) - EYE_X) < LID_HALF_WIDTH
-            mouth = z > 4 and rows[2] + 0.5 < row < rows[3] - 0.5 and abs(x) < MOUTH_HALF_WIDTH
+            row = texels.row_of[j]
+            eye = z > 4 and rows.lower_lid - 0.4 < row < rows.upper_lid + 0.4 and abs(abs(x) - EYE_X) < LID_HALF_WIDTH
+            mouth = z > 4 and rows.lower_lip + 0.5 < row < rows.upper_lip - 0.5 and abs(x) < MOUTH_HALF_WIDTH
             if eye or mouth:
                 height[j, i] = _eye(abs(x) - EYE_X, y - EYE_Y) if eye else 0.0
                 skin[j, i], gloss[j, i, 0], gloss[j, i, 1] = False, WET[0], WET[1]
                 gloss[j, i, 2] = 0.4 if mouth else 1.0
                 continue
-            height[j, i] = _grain(x, y, z, texel, seed)
-            gloss[j, i, 0] = roughness(x, y, z, texel, seed)
-            gloss[j, i, 1] = specular(x, y, z, texel, seed)
+            height[j, i] = _grain(x, y, z, texels.texel, seed)
+            gloss[j, i, 0] = roughness(x, y, z, texels.texel, seed)
+            gloss[j, i, 1] = specular(x, y, z, texels.texel, seed)
             gloss[j, i, 2] = 1 - hollow(x, y, z)
 
 

@@ -13,7 +13,7 @@ from scipy.ndimage import gaussian_filter
 
 from facezip.machine.rows import map_rows
 from scenes.face.skin.ground import Ground
-from scenes.face.skin.sampling import at_texel
+from scenes.face.skin.sampling import TexelGrid, at_texel
 from scenes.face.skin.strain import Strain
 from scenes.face.skin.wrinkles import depth_of, fields_of, folds
 from scenes.face.skin.zones import propensity
@@ -48,15 +48,15 @@ def relief(ground: Ground, skin_strain: Strain) -> Relief:
     """The relief of a person's skin under a strain."""
     fields, height, gloss = fields_of(skin_strain), ground.height.copy(), ground.gloss.copy()
     slopes = np.empty((*height.shape, 2), np.float32)
-    arrays = ground.texels.arrays
+    texels = ground.texels
 
     def fold(top: int, bottom: int) -> None:
-        _fold(top, bottom, *arrays, fields, ground.seed, ground.skin, height, gloss)
+        _fold(top, bottom, texels, fields, ground.seed, ground.skin, height, gloss)
 
     map_rows(fold, len(height))
-    map_rows(lambda top, bottom: _incline(top, bottom, *arrays[:3], ground.skin, height, slopes), len(height))
+    map_rows(lambda top, bottom: _incline(top, bottom, texels, ground.skin, height, slopes), len(height))
     height *= ground.skin
-    below = np.maximum(gaussian_filter(height, REACH / ground.texels.texel, mode="nearest") - height, 0)
+    below = np.maximum(gaussian_filter(height, REACH / texels.texel, mode="nearest") - height, 0)
     gloss[..., 2] *= np.exp(-below / np.float32(DEEP))
     return Relief(slopes, *(np.ascontiguousarray(gloss[..., n : n + 1]) for n in range(3)))
 
@@ -65,10 +65,7 @@ def relief(ground: Ground, skin_strain: Strain) -> Relief:
 def _fold(
     top: int,
     bottom: int,
-    grid: NDArray[np.float32],
-    row_of: NDArray[np.float64],
-    column_of: NDArray[np.float64],
-    texel: float,
+    texels: TexelGrid,
     fields: NDArray[np.float32],
     seed: int,
     skin: NDArray[np.bool_],
@@ -77,18 +74,18 @@ def _fold(
 ) -> None:
     p, f = np.empty(3), np.empty(8)
     for j in range(top, bottom):
-        for i in range(len(column_of)):
+        for i in range(len(texels.column_of)):
             if not skin[j, i]:
                 continue
-            at_texel(fields, row_of[j], column_of[i], f)
+            at_texel(fields, texels.row_of[j], texels.column_of[i], f)
             pressed, stretched = max(-f[1], 0.0), max(f[1], 0.0)
             height[j, i] *= (1 + 0.8 * pressed) / (1 + 1.5 * stretched)
             rough = gloss[j, i, 0] + 0.06 * pressed - 0.14 * min(stretched, 1.0)
-            at_texel(grid, row_of[j], column_of[i], p)
+            at_texel(texels.grid, texels.row_of[j], texels.column_of[i], p)
             strength, spacing = propensity(p[0], p[1], p[2])
             depth = depth_of(strength, f[0])
             if depth > 0.01:
-                groove, ridge = folds(p, f, spacing, SOFT * texel, seed)
+                groove, ridge = folds(p, f, spacing, SOFT * texels.texel, seed)
                 height[j, i] += depth * spacing * (0.03 * ridge - 0.075 * groove)
                 rough += 0.08 * depth * groove
             gloss[j, i, 0] = min(max(rough, 0.1), 0.9)
@@ -98,28 +95,26 @@ def _fold(
 def _incline(
     top: int,
     bottom: int,
-    grid: NDArray[np.float32],
-    row_of: NDArray[np.float64],
-    column_of: NDArray[np.float64],
+    texels: TexelGrid,
     skin: NDArray[np.bool_],
     height: NDArray[np.float32],
     out: NDArray[np.float32],
 ) -> None:
     """Slopes of heights in cm, by differences over the distances between texels on the head; none across a lid."""
-    last = len(column_of) - 1
+    last = len(texels.column_of) - 1
     a, b = np.empty(3), np.empty(3)
     for j in range(top, bottom):
         for i in range(last + 1):
             here = skin[j, i]
             left = i - 1 if i > 0 and skin[j, i - 1] == here else i
             right = i + 1 if i < last and skin[j, i + 1] == here else i
-            at_texel(grid, row_of[j], column_of[left], a)
-            at_texel(grid, row_of[j], column_of[right], b)
+            at_texel(texels.grid, texels.row_of[j], texels.column_of[left], a)
+            at_texel(texels.grid, texels.row_of[j], texels.column_of[right], b)
             out[j, i, 0] = _slope(height[j, right] - height[j, left], a, b)
             above = j - 1 if j > 0 and skin[j - 1, i] == here else j
             below = j + 1 if j < last and skin[j + 1, i] == here else j
-            at_texel(grid, row_of[below], column_of[i], a)
-            at_texel(grid, row_of[above], column_of[i], b)
+            at_texel(texels.grid, texels.row_of[below], texels.column_of[i], a)
+            at_texel(texels.grid, texels.row_of[above], texels.column_of[i], b)
             out[j, i, 1] = _slope(height[above, i] - height[below, i], a, b)
 
 

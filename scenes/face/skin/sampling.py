@@ -1,6 +1,6 @@
 """From texels to the surface of the head: the chart is a grid, so a texel's place in it is two numbers."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -10,9 +10,8 @@ from scenes.face.chart import MARGIN
 from scenes.face.head import Head
 
 
-@dataclass(frozen=True, eq=False)
-class TexelGrid:
-    """Where texel centres lie on the grid of the chart.
+class TexelGrid(NamedTuple):
+    """Where texel centres lie on the grid of the chart; kernels take it as it is.
 
     Attributes
     ----------
@@ -34,11 +33,6 @@ class TexelGrid:
         across = np.clip(centre, 0, 1)
         texel = 24.0 / resolution
         return TexelGrid(closed(head, head.vertices), (1 - across) * (rows - 1), across * (columns - 1), texel)
-
-    @property
-    def arrays(self) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.float64], float]:
-        """The fields, in order, for a kernel."""
-        return self.grid, self.row_of, self.column_of, self.texel
 
 
 def closed(head: Head, values: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -26,7 +26,7 @@ def wrinkled(albedo: NDArray[np.float32], head: Head, skin_strain: Strain, seed:
     out = albedo.copy()
 
     def fold(top: int, bottom: int) -> None:
-        _fold(top, bottom, *texels.arrays, fields, seed, out)
+        _fold(top, bottom, texels, fields, seed, out)
 
     map_rows(fold, resolution)
     return out
@@ -48,28 +48,25 @@ def _outer(line: NDArray[np.float32]) -> NDArray[np.float32]:
 def _fold(
     top: int,
     bottom: int,
-    grid: NDArray[np.float32],
-    row_of: NDArray[np.float64],
-    column_of: NDArray[np.float64],
-    texel: float,
+    texels: TexelGrid,
     fields: NDArray[np.float32],
     seed: int,
     out: NDArray[np.float32],
 ) -> None:
     p, f = np.empty(3), np.empty(8)
     for j in range(top, bottom):
-        for i in range(len(column_of)):
-            at_texel(fields, row_of[j], column_of[i], f)
+        for i in range(len(texels.column_of)):
+            at_texel(fields, texels.row_of[j], texels.column_of[i], f)
             if f[0] < 0.004 and abs(f[1]) < 0.004:
                 continue
-            at_texel(grid, row_of[j], column_of[i], p)
+            at_texel(texels.grid, texels.row_of[j], texels.column_of[i], p)
             strength, spacing = propensity(p[0], p[1], p[2])
             pressed = max(-f[1], 0.0)
             stretched = max(f[1], 0.0)
             depth = depth_of(strength, f[0])
             groove, ridge = 0.0, 0.0
             if depth > 0.01:
-                groove, ridge = folds(p, f, spacing, texel, seed)
+                groove, ridge = folds(p, f, spacing, texels.texel, seed)
             # Grooves are dark and red, their crests bright; pressed skin flushes, stretched skin pales.
             flush = 0.55 * (1 - np.exp(-3.0 * pressed))
             pale = 0.35 * (1 - np.exp(-2.0 * stretched))

@@ -9,7 +9,8 @@ from scipy.ndimage import map_coordinates
 from facezip.character.alignment import GRID, THRESHOLD, alignments, worst_of
 from facezip.character.registration import LEAST, register
 from scenes.character import make_character
-from scenes.surface import in_tiles, make_surface
+from scenes.face.capture import MAPS
+from scenes.tiles import in_tiles
 from tests.facezip.conftest import random_character, with_albedo
 
 SIDE = 256
@@ -136,7 +137,7 @@ def off(scans, truth, key=("albedo", 1001)):
 @pytest.fixture(scope="module")
 def maps():
     """Albedo, normals and roughness, registered exactly."""
-    return make_surface(SIDE, 4, nuisances=0)
+    return make_character(SIDE, 4, nuisances=0, maps=MAPS[:2])
 
 
 @pytest.mark.parametrize("tiles", [(1, 1), (2, 1)])

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from facezip.character.tiles import Atlas, shifted
-from scenes.surface import in_tiles
+from scenes.tiles import in_tiles
 from tests.facezip.surfaces import random_surface
 
 

@@ -1,9 +1,5 @@
 """Where arrays live changes how much memory an export or a decompression takes, and nothing else."""
 
-import json
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
@@ -15,6 +11,7 @@ from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import ALBEDO_KEY
 from tests.facezip.export.conftest import KINDS, layered_model, smooth_model, with_part
+from tests.peaks import peak_of
 
 
 @pytest.fixture(scope="module")
@@ -58,17 +55,6 @@ def write_large(path, channels, slots):
     write_pack(with_part(model, neutral, np.tile(part.differences[..., :channels], (1, times, times, 1))), path)
 
 
-def peak_of(*line):
-    """Peak memory of a command in a process of its own, and the document that it prints."""
-    # As many threads, and what they work on, on every machine.
-    call = "import os, sys; os.sched_getaffinity = lambda _: {0, 1}; "
-    call += "from facezip.cli import facezip; from facezip.machine.conditions import peak_memory; "
-    call += "facezip.main(standalone_mode=False); print(peak_memory(), file=sys.stderr)"
-    command = [sys.executable, "-c", call, *map(str, line), "--json", "--overwrite"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
-    return int(done.stderr.split()[-1]), json.loads(done.stdout)
-
-
 # Of an export little to code, and of a decompression much to hold.
 @pytest.mark.parametrize(
     ("channels", "slots", "limit", "line"),
@@ -78,9 +64,10 @@ def peak_of(*line):
 def test_a_limit_is_kept_where_a_run_without_it_takes_more(channels, slots, limit, line, tmp_path):
     write_large(tmp_path / "me.facezip", channels, slots)
     verb, *options = line.split()
-    in_memory, whole = peak_of(verb, tmp_path / "me.facezip", *options, "-o", tmp_path / "out")
+    call = (verb, tmp_path / "me.facezip", *options, "-o", tmp_path / "out", "--overwrite")
+    in_memory, whole = peak_of(*call)
     here = files_of(tmp_path / "out")
-    streamed, same = peak_of(verb, tmp_path / "me.facezip", *options, "-o", tmp_path / "out", "--memory", f"{limit}M")
+    streamed, same = peak_of(*call, "--memory", f"{limit}M")
     assert streamed < 1e6 * limit < in_memory
     assert same == whole
     assert files_of(tmp_path / "out") == here

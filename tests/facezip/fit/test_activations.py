@@ -13,7 +13,7 @@ from facezip.fit.sweep import solve_textures, weight_system
 from facezip.pack.quantise import quantise
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
-from scenes.surface import in_tiles
+from scenes.tiles import in_tiles
 from tests.facezip.conftest import part_of, principal_components, random_character, refine, rmse, with_albedo
 from tests.facezip.fit.test_sweep import pixels, random_weights, upsampling
 from tests.facezip.surfaces import random_surface

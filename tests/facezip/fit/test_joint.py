@@ -14,7 +14,7 @@ from facezip.fit.methods import METHODS, compress
 from facezip.fit.sweep import joint_system, solve_textures, weight_system
 from facezip.pack.errors import model_errors
 from facezip.pack.quantise import quantise
-from scenes.surface import in_tiles
+from scenes.tiles import in_tiles
 from tests.facezip.conftest import random_character, weights_of
 from tests.facezip.surfaces import random_surface
 

@@ -20,12 +20,14 @@ from facezip.fit.given import GivenMasks
 from facezip.pack.model import CompressedTextures
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
-from scenes.surface import in_tiles, make_surface
+from scenes.character import make_character
+from scenes.face.capture import MAPS
+from scenes.tiles import in_tiles
 
 
 def golden_model(method: str) -> CompressedTextures:
     given = _masks() if method == "masks" else None
-    scans = in_tiles(_window(make_surface(512, 5, nuisances=0)), 2, 1)
+    scans = in_tiles(_window(make_character(512, 5, nuisances=0, maps=MAPS[:2])), 2, 1)
     model = compress(scans, method, weight_scale=8, given_masks=given)
     return replace(model, meshes=_patch(model.meshes, 120))
 

@@ -7,7 +7,7 @@ from facezip import compress
 from facezip.pack.errors import albedo_errors, mean_rmse, model_errors, pack_errors, rmse_per_expression, texture_errors
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
-from scenes.surface import in_tiles
+from scenes.tiles import in_tiles
 from tests.facezip.conftest import principal_components, random_character, refine, with_albedo
 from tests.facezip.surfaces import random_surface
 

@@ -10,7 +10,7 @@ from facezip.character.scans import Character, Stack
 from facezip.character.tiles import FIRST_TILE
 from facezip.files.obj import Topology, write_obj
 from facezip.rigging.template import Template
-from scenes.surface import in_tiles
+from scenes.tiles import in_tiles
 from tests.facezip.conftest import one_albedo
 from tests.facezip.surfaces import slopes
 

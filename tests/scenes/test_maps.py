@@ -5,14 +5,13 @@ from facezip.character.maps import angles
 from facezip.character.tiles import FIRST_TILE
 from facezip.errors import FaceZipError
 from scenes.character import Person, captures, make_character
-from scenes.face.capture import Nuisances, captured
+from scenes.face.capture import MAPS, Nuisances, captured
 from scenes.face.expressions import EXPRESSIONS
-from scenes.surface import MAPS, make_surface
 
 
 @pytest.fixture(scope="module")
 def surface():
-    return make_surface(128, 3)
+    return make_character(128, 3, maps=MAPS[:2])
 
 
 def test_its_albedo_is_the_embedded_characters(surface):
@@ -20,7 +19,7 @@ def test_its_albedo_is_the_embedded_characters(surface):
 
 
 def test_without_nuisances_the_maps_are_the_truth():
-    surface, person = make_surface(128, 2, nuisances=0, maps=MAPS), Person.make(128)
+    surface, person = make_character(128, 2, nuisances=0, maps=MAPS), Person.make(128)
     assert tuple(kind.name for kind in surface.maps[1:]) == MAPS
     for name in surface.expressions:
         truth = person.relief(EXPRESSIONS[name])
@@ -36,7 +35,7 @@ def test_without_nuisances_the_maps_are_the_truth():
 
 @pytest.mark.parametrize("name", MAPS)
 def test_a_map_does_not_depend_on_which_others_there_are(name):
-    alone, among = make_surface(64, 2, maps=(name,)), make_surface(64, 2, maps=MAPS)
+    alone, among = make_character(64, 2, maps=(name,)), make_character(64, 2, maps=MAPS)
     assert [kind.name for kind in alone.maps] == ["albedo", name]
     np.testing.assert_array_equal(alone.stacks[name, FIRST_TILE].neutral, among.stacks[name, FIRST_TILE].neutral)
     np.testing.assert_array_equal(alone.stacks[name, FIRST_TILE].textures, among.stacks[name, FIRST_TILE].textures)
@@ -44,7 +43,7 @@ def test_a_map_does_not_depend_on_which_others_there_are(name):
 
 def test_a_map_that_there_is_not_is_refused():
     with pytest.raises(FaceZipError, match="gloss"):
-        make_surface(64, 2, maps=("normal", "gloss"))
+        make_character(64, 2, maps=("normal", "gloss"))
 
 
 def test_further_maps_of_a_capture_are_misregistered_as_its_albedo_is():
@@ -55,7 +54,7 @@ def test_further_maps_of_a_capture_are_misregistered_as_its_albedo_is():
 
 
 def test_folds_tilt_normals_where_they_darken_the_skin(surface):
-    exact = make_surface(256, 4, nuisances=0)
+    exact = make_character(256, 4, nuisances=0, maps=MAPS[:2])
     normal, albedo = (exact.stacks[name, FIRST_TILE] for name in ("normal", "albedo"))
     n = exact.expressions.index("frown")
     dark = (albedo.neutral.astype(float) - albedo.textures[n]).mean(axis=2)
@@ -65,8 +64,8 @@ def test_folds_tilt_normals_where_they_darken_the_skin(surface):
 
 
 def test_tiles_hold_the_same_texels():
-    cut = make_surface(128, 2, tiles=(2, 2))
-    whole = make_surface(128, 2)
+    cut = make_character(128, 2, tiles=(2, 2), maps=MAPS[:2])
+    whole = make_character(128, 2, maps=MAPS[:2])
     np.testing.assert_array_equal(
         cut.stacks["normal", 1012].textures, whole.stacks["normal", FIRST_TILE].textures[:, :64, 64:]
     )
