@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import zoom
 
 from facezip.files.obj import Topology
 from facezip.machine import memory
@@ -131,6 +130,9 @@ def _overlaps(few: int, many: int) -> NDArray[np.float32]:
 def _enlarged(texture: NDArray[np.float32], height: int, width: int) -> NDArray[np.float32]:
     if texture.shape[:2] == (height, width):
         return texture
+    # Not above: `facezip info` knows of tiles, and enlarges nothing.
+    from scipy.ndimage import zoom
+
     factors = height / texture.shape[0], width / texture.shape[1], 1
     larger: NDArray[np.float32] = zoom(texture, factors, order=1, mode="nearest", grid_mode=True)
     return larger

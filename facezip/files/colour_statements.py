@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image
 
 from facezip.files.colour_space import (
     NEAR,
@@ -94,6 +93,8 @@ def _of_exif(path: Path, spec: Any) -> ColourSpace | None:
     """Of a camera without profiles; that it is not calibrated, and nothing else, states nothing."""
     if spec.getattribute("Exif:ColorSpace") not in _NOT_SRGB:
         return None
+    from PIL import Image
+
     mark = None
     # What of it is damaged states nothing, and Pillow has an exception for each kind of damage.
     with suppress(Exception), Image.open(path) as image:
