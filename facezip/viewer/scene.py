@@ -115,6 +115,7 @@ def _map(entry: MapEntry, errors: Errors | None) -> dict[str, Any]:
         "encoding": entry.encoding,
         "range": list(entry.range),
         "channels": entry.channels,
+        "image_channels": entry.image_channels,
         # Degrees of normals, else parts of 255.
         "error": found.get("angular_error", found.get("rmse")),
     }

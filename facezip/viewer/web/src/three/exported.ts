@@ -40,7 +40,7 @@ function documentOf(tiles: ExportedTile[]): HeadDocument {
   const first = maps[gains.maps[0]];
   return {
     expressions: order,
-    maps: gains.maps.map((name) => ({ name, encoding: maps[name].encoding, range: maps[name].range, channels: maps[name].channels.length })),
+    maps: gains.maps.map((name) => ({ name, encoding: maps[name].encoding, range: maps[name].range, ...channelsOf(maps[name]) })),
     tiles: tiles.map((tile) => tileOf(tile)),
     slots: first.differences.length,
     difference_zero: textures[first.differences[0]].zero!,
@@ -50,6 +50,9 @@ function documentOf(tiles: ExportedTile[]): HeadDocument {
     mesh: {},
   };
 }
+
+// Two channels come in images of three.
+const channelsOf = ({ channels: { length } }: ExportedMap) => ({ channels: length, image_channels: length === 2 ? 3 : length });
 
 function tileOf({ weight_size, uniform_weights, gains, maps, textures }: ExportedTile): TileEntry {
   const slots = maps[gains.maps[0]].differences.length;
