@@ -18,7 +18,7 @@ from facezip.export.folder import Target
 from facezip.export.formats import PNG, Format
 from facezip.export.gltf import stored_neutral
 from facezip.export.network import ROUGHNESS, Node, Value, blend_network, weights_file
-from facezip.export.shaders import GLSL, number, shader_words
+from facezip.export.shaders import GLSL, head_words, number
 from facezip.export.source import TOGETHER, Source, Tile
 from facezip.export.usd_geometry import geometry_words
 from facezip.files.images import write_texture, write_values
@@ -75,8 +75,7 @@ def _write_tile(frames: Sequence[Frame] | None, tile: Tile, folder: Path) -> Non
 
 def _write_head(frames: Sequence[Frame] | None, source: Source, folder: Path, form: Format) -> None:
     shown = _frames(frames, source.tiles[0])
-    words = shader_words(source.tiles[0], GLSL) | {
-        "tiles": [tile.layout.number for tile in source.tiles],
+    words = head_words(source, GLSL) | {
         "materials": [_material(tile, source.folder_of(tile, folder) != folder, len(shown)) for tile in source.tiles],
         "frames": [[number(frame.get(name, 0.0)) for name in source.expressions] for frame in shown],
         "frames_a_second": FRAMES_A_SECOND,
