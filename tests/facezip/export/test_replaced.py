@@ -8,6 +8,7 @@ from facezip.export import TARGETS, source
 from facezip.files.renaming import exchange
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import masked, random_model
+from tests.facezip.export.conftest import files_of
 
 
 @pytest.fixture(params=["weight maps", "masks"])
@@ -17,10 +18,6 @@ def packs(request, tmp_path):
         model = random_model(seed, meshes=True)
         write_pack(model if request.param == "weight maps" else masked(model), tmp_path / f"{name}.facezip")
     return tmp_path / "me.facezip", tmp_path / "other.facezip"
-
-
-def files_of(folder):
-    return {file.relative_to(folder): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
 
 
 def exported(pack, folder):
