@@ -18,7 +18,8 @@ from facezip.export.record import checksum, with_record
 from facezip.files.images import read_texture, write_texture
 from facezip.fit.methods import compress
 from facezip.pack.write import write_pack
-from tests.facezip.conftest import random_character
+from tests.facezip.conftest import random_character, random_model
+from tests.facezip.export.gains import regions_in
 from tests.facezip.surfaces import random_surface
 
 
@@ -252,6 +253,27 @@ def test_settings_of_godot_are_those_that_were_exported(export, old, new):
     code, said = notes(folder)
     assert code == ExitCode.DIFFERENCE
     assert [*said] == ["1001/neutral.png.import"]
+
+
+@pytest.mark.parametrize("target", ["unity", "three"])
+def test_masks_of_regions_and_lower_bits_are_numbers_like_others(tmp_path, monkeypatch, target):
+    (tmp_path / "bundle" / "three").mkdir(parents=True)
+    monkeypatch.setattr("facezip.viewer.page.BUNDLE", tmp_path / "bundle")
+    model = random_model(meshes=True)
+    parts = {key: replace(part, bits=16) for key, part in model.parts.items()}
+    write_pack(replace(model, parts=parts), tmp_path / "pack.facezip")
+    folder = tmp_path / target
+    document = TARGETS[target](tmp_path / "pack.facezip", folder, region=regions_in(tmp_path))
+    images = {path.name for path in folder.glob("*.png")}
+    assert {"regions.png", *({"neutral_low.png"} if target == "three" else ())} < images
+    assert {name for name, entry in document["files"].items() if "numbers" in entry} == images
+    again = read_texture(folder / "regions.png")
+    write_texture(folder / "regions.png", again, compression=0)
+    (folder / "regions.png.meta").write_text(META.format(srgb=1, mips=0, scale=0, alpha=0))
+    code, said = notes(folder)
+    assert code == ExitCode.DIFFERENCE
+    assert not said["regions.png"]["asks"]
+    assert said["regions.png.meta"]["words"].startswith("sRGBTexture")
 
 
 def test_numbers_that_were_changed_in_the_record_itself_are_found(export):

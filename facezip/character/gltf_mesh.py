@@ -11,7 +11,8 @@ from facezip.character.gltf_nodes import Nodes, described, is_mirror, leaves_alo
 from facezip.character.gltf_parts import Part
 from facezip.character.meshes import Meshes
 from facezip.files.glb import Glb, GlbFault
-from facezip.files.obj import MAX_COORDINATE, Topology
+from facezip.files.obj import Topology
+from facezip.files.objlists import MAX_COORDINATE
 from facezip.files.reading import MOST_EXPANSION, SPARE
 
 TRIANGLES, STRIP, FAN = 4, 5, 6

@@ -17,6 +17,7 @@ from facezip.errors import ErrorCode, ExitCode, FaceZipError
 from facezip.export.examination import examine_export
 from facezip.export.record import FILE_NAME as EXPORT
 from facezip.export.web import page_at
+from facezip.files.reading import undisturbed
 from facezip.names import printable
 from facezip.pack.examination import examine_pack
 from facezip.pack.manifest import FILE_NAME as MANIFEST
@@ -37,7 +38,7 @@ def command(path: Path, as_json: bool) -> int:
 
     The exit code is 3 where something has to be mended before PATH can be used, and 7 where something is to be decided.
     """
-    found = _examined(path)
+    found = undisturbed(path, lambda: _examined(path))
     if sys.stdout.isatty() and not as_json:
         _show(found)
     else:

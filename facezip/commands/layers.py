@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from facezip.commands import options
+from facezip.files.reading import undisturbed
 from facezip.files.writing import whole_folder
 from facezip.pack.facts import pack_facts
 from facezip.pack.parsing import read_manifest
@@ -26,8 +27,7 @@ def command(pack: Path, output: Path, overwrite: bool, as_json: bool) -> None:
     """
     from reports.layers.report import DATA, describe_and_write
 
-    model = read_pack(pack)
-    facts = pack_facts(pack, read_manifest(pack))
+    model, facts = undisturbed(pack, lambda: (read_pack(pack), pack_facts(pack, read_manifest(pack))))
     call = f"facezip layers {shlex.quote(str(pack))} -o {shlex.quote(str(output))}"
     with whole_folder(output, overwrite, lambda folder: (folder / DATA).is_file()) as folder:
         document = describe_and_write(model, facts, call, folder)

@@ -17,6 +17,10 @@ as_json = click.option("--json", "as_json", is_flag=True, help="One JSON documen
 # Of the embedded character, and of what is measured.
 seed = click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="S")
 expressions = click.option("--expressions", type=click.IntRange(min=2), default=20, show_default=True, metavar="N")
+resolution = click.option(
+    "--resolution", type=click.IntRange(64, 4096), default=512, show_default=True, metavar="TEXELS"
+)
+scans = click.option("--character", type=FOLDER, metavar="FOLDER", help="Scans; the embedded character if none.")
 repeats = click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, metavar="N")
 overwrite = click.option("--overwrite", is_flag=True, help="Replace an output that facezip made before.")
 

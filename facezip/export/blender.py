@@ -7,7 +7,8 @@ from facezip.export.engine import write_text
 from facezip.export.folder import Target
 from facezip.export.formats import PNG, Format
 from facezip.export.gltf import GLB_FILE, write_glb
-from facezip.export.shaders import GLSL, number, shader_words
+from facezip.export.network import DIFFUSE_CAVITY, ROUGHNESS, SPECULAR
+from facezip.export.shaders import GLSL, head_words, number
 from facezip.export.source import Source, Tile
 
 OF_HEAD = {"build_head.py": "blender/build.j2", "GUIDE.md": "blender/guide.j2"}
@@ -19,8 +20,9 @@ def _write_tile(tile: Tile, folder: Path) -> None:
 
 def _write_head(source: Source, folder: Path, form: Format) -> None:
     write_glb(source, folder / GLB_FILE)
-    words = shader_words(source.tiles[0], GLSL) | {"tiles": [tile.layout.number for tile in source.tiles]}
-    write_text(folder, OF_HEAD, words | {"max_slope": number(MAX_SLOPE)})
+    constants = {"max_slope": MAX_SLOPE, "roughness": ROUGHNESS, "specular": SPECULAR, "diffuse_cavity": DIFFUSE_CAVITY}
+    said = {name: number(value) for name, value in constants.items()}
+    write_text(folder, OF_HEAD, head_words(source, GLSL) | said)
 
 
 export_blender = Target("blender", {"png": PNG}, _write_tile, _write_head)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from facezip.export.formats import Format
 from facezip.export.gltf import GLB_FILE, write_glb
-from facezip.export.shaders import render, shader_words
+from facezip.export.shaders import head_words, render
 from facezip.export.source import Source
 from facezip.export.words import Dialect
 
@@ -23,9 +23,6 @@ def write_head(
 
     ``jointed`` is that of :func:`facezip.export.gltf.write_glb`.
     """
-    tiles = [tile.layout.number for tile in source.tiles]
-    write_text(
-        folder, files, shader_words(source.tiles[0], dialect) | {"suffix": form.suffix_of(form.name), "tiles": tiles}
-    )
+    write_text(folder, files, head_words(source, dialect) | {"suffix": form.suffix_of(form.name)})
     if source.geometry is not None:
         write_glb(source, folder / GLB_FILE, jointed=jointed)

@@ -69,7 +69,7 @@ class Target:
         with whole_folder(output, overwrite, is_export) as folder:
             tiles = {str(tile.layout.number): self._tile(source, tile, folder, form) for tile in source.tiles}
             self.write_head(source, folder, form)
-            document = with_record(self._whole(source, tiles), folder)
+            document = with_record(self._whole(source, tiles, folder), folder)
             _write(document, folder)
             size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
         return {**document, "output": str(output), "bytes": size}
@@ -80,12 +80,14 @@ class Target:
         document = {"format": FORMAT, "target": self.name, **describe(tile)}
         document |= write_maps(tile, folder, form, self.upside_down) | tile.regions.write(folder)
         self.write_tile(tile, folder)
-        _write(document, folder)
         return document
 
-    def _whole(self, source: Source, tiles: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    def _whole(self, source: Source, tiles: dict[str, dict[str, Any]], folder: Path) -> dict[str, Any]:
+        """The document of a tile; of several one that has theirs, which are written beside their textures."""
         if len(tiles) == 1:
             return next(iter(tiles.values()))
+        for number, document in tiles.items():
+            _write(document, folder / number)
         return {"format": FORMAT, "target": self.name, "name": source.name, "tiles": tiles}
 
     def _format(self, textures: str) -> Format:

@@ -14,7 +14,7 @@ from facezip.character.gltf import CLAMPED, add_mesh, skin, start
 from facezip.character.neutrals import packed_neutral, unpacked_neutral
 from facezip.export.folder import Target
 from facezip.export.formats import BASIS, PNG, Format
-from facezip.export.shaders import GLSL, HLSL, render, shader, shader_words
+from facezip.export.shaders import GLSL, HLSL, head_words, render, shader
 from facezip.export.source import Source, Tile
 from facezip.files.glb import VERTICES, GlbBuilder
 from facezip.files.images import Texels, png
@@ -116,8 +116,7 @@ def _write_tile(tile: Tile, folder: Path) -> None:
 
 def _write_head(source: Source, folder: Path, form: Format) -> None:
     write_glb(source, folder / GLB_FILE, folder if form is BASIS else None)
-    words = shader_words(source.tiles[0], GLSL)
-    words |= {"suffix": form.suffix_of(form.name), "tiles": [tile.layout.number for tile in source.tiles]}
+    words = head_words(source, GLSL) | {"suffix": form.suffix_of(form.name)}
     (folder / "GUIDE.md").write_text(render("gltf/guide.j2", **words), encoding="utf-8")
 
 

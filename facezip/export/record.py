@@ -25,7 +25,7 @@ _SETTING = re.compile(r"^[ \t]*([\w/]+)[ \t]*[=:][ \t]*(.*?)[ \t\r]*$", re.MULTI
 
 def with_record(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     """A document of an export with what is said of every file in its folder, and a checksum of all of that."""
-    files = dict(_files(folder, {*_textures(document)}))
+    files = dict(_files(folder, dict(_textures(document))))
     whole = {**document, "files": files}
     return {**whole, "sha256": checksum(whole)}
 
@@ -59,14 +59,16 @@ def settings_in(text: str) -> dict[str, str]:
     return {name: value.strip('"') for name, value in reversed(_SETTING.findall(text))}
 
 
-def _textures(document: Mapping[str, Any]) -> Iterator[str]:
-    """The textures' files, relative to the folder."""
+def _textures(document: Mapping[str, Any]) -> Iterator[tuple[str, bool]]:
+    """The textures' files, relative to the folder, and whether each has mip-maps: an atlas, with columns, has none."""
     for tile, each in document.get("tiles", {"": document}).items():
-        for entry in each.get("textures", {}).values():
-            yield f"{tile}/{entry['file']}" if tile else entry["file"]
+        regions = [each["regions"]] if "regions" in each else []
+        for entry in (*each["textures"].values(), *regions):
+            for file in (entry[key] for key in ("file", "low") if key in entry):
+                yield f"{tile}/{file}" if tile else file, "columns" not in entry
 
 
-def _files(folder: Path, textures: set[str]) -> Iterator[tuple[str, dict[str, Any]]]:
+def _files(folder: Path, textures: Mapping[str, bool]) -> Iterator[tuple[str, dict[str, Any]]]:
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder).as_posix()
         if not path.is_file() or name == FILE_NAME:
@@ -77,7 +79,7 @@ def _files(folder: Path, textures: set[str]) -> Iterator[tuple[str, dict[str, An
         entry: dict[str, Any] = {**vars(stored(path))}
         if name in textures:
             # Numbers of the fit: an importer that takes them for sRGB, or for transparent, changes them.
-            entry |= {"srgb": False, "mipmaps": not path.name.startswith("weights")}
+            entry |= {"srgb": False, "mipmaps": textures[name]}
             if path.suffix == IMAGE:
                 entry |= {"size": list(stated(path).size), "numbers": numbers_of(path)}
         yield name, entry

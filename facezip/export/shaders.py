@@ -8,7 +8,7 @@ import jinja2
 
 from facezip.character.maps import MAX_SLOPE, Map
 from facezip.export.sheets import Sheet
-from facezip.export.source import Tile
+from facezip.export.source import Source, Tile
 from facezip.export.words import Dialect, MapWords, Numbers, SheetWords, Words
 from facezip.pack.footprint import SLOTS_PER_LAYER
 from facezip.pack.quantise import ZERO
@@ -77,6 +77,11 @@ def shader_words(tile: Tile, dialect: Dialect) -> dict[str, object]:
         camel=camel,
     )
     return {**vars(words)}
+
+
+def head_words(source: Source, dialect: Dialect) -> dict[str, object]:
+    """What the templates say of a head: the words of its first tile, and as ``tiles`` the numbers of all."""
+    return shader_words(source.tiles[0], dialect) | {"tiles": [tile.layout.number for tile in source.tiles]}
 
 
 def target_numbers(tile: Tile) -> range:

@@ -1,7 +1,6 @@
 """What a blend costs on a GPU: the exported shaders of a pack's shape, beside a fetch of every expression's texture."""
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -72,7 +71,7 @@ def tile_of(expressions: int, side: int) -> Tile:
         Fill(np.ones((1, 1), np.bool_)),
     )
     regions = Regions((), np.zeros((0, size, size), np.uint8))
-    return Tile("bench", names, layout, (), (Path("weights"),), (KNOWN[ALBEDO],), (sheet,), regions)
+    return Tile("bench", names, layout, (), (b"",), (KNOWN[ALBEDO],), (sheet,), regions)
 
 
 class Shading:

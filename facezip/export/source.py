@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from facezip.export.regions import Regions, read_regions
 from facezip.export.sheets import Sheet
 from facezip.files.images import Texels
 from facezip.files.obj import Topology
+from facezip.files.reading import reading, undisturbed
 from facezip.machine import memory
 from facezip.machine.rows import by_rows, map_rows
 from facezip.pack.atlas import atlases, columns_of
@@ -40,8 +42,8 @@ class Tile:
     expressions : N names in the order of the weight maps.
     layout : UDIM number, and how the weight maps lie.
     uniform_weights : N lists of R numbers where weights are uniform, else empty.
-    weight_images : the atlas of every four slots: a file of the pack, or texels of weight maps that are made of
-        masks; none for uniform weights.
+    weight_images : the atlas of every four slots: the bytes of the pack's PNG, or texels of weight maps that are made
+        of masks; none for uniform weights.
     maps : the kinds, albedo first.
     sheets : the textures that hold them; the albedo's first.
     regions : of the face, which can be turned down.
@@ -51,7 +53,7 @@ class Tile:
     expressions: tuple[str, ...]
     layout: TileEntry
     uniform_weights: tuple[tuple[float, ...], ...]
-    weight_images: tuple[Path | Texels, ...]
+    weight_images: tuple[bytes | Texels, ...]
     maps: tuple[Map, ...]
     sheets: tuple[Sheet, ...]
     regions: Regions
@@ -68,7 +70,7 @@ class Tile:
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A pack to export.
+    """A pack to export, all of it in memory: what becomes of its folder afterwards changes nothing.
 
     Attributes
     ----------
@@ -122,14 +124,11 @@ def read_source(
         What :func:`facezip.read_pack` and :func:`facezip.export.regions.read_regions` raise; ``BAD_VALUE`` for textures
         that are neither grey nor colour, and for a pack without albedo.
     """
-    manifest = verify_pack(pack)
-    _check(pack, manifest)
-    memory.check(_row_bytes(manifest), _whole_bytes(manifest))
-    parts_of_faces = read_regions(pack, manifest, regions or {})
-    stored = read_stored(pack, manifest)
+    read = undisturbed(pack, lambda: _read(pack, regions or {}))
+    manifest, stored = read.manifest, read.stored
     tiles = []
     for entry in manifest.tiles:
-        layout, images = _weight_maps(pack, entry, stored)
+        layout, images = _weight_maps(entry, read)
         alone = tuple(_alone(stored, layout.number))
         sheets = joined(alone, normals_alone) if maps == TOGETHER else alone
         _check_names(pack, [sheet.name for sheet in sheets])
@@ -142,16 +141,37 @@ def read_source(
                 weight_images=images,
                 maps=stored.maps,
                 sheets=sheets,
-                regions=parts_of_faces[layout.number],
+                regions=read.regions[layout.number],
             )
         )
     return Source(pack, manifest.name, manifest.expressions, stored.meshes, tuple(tiles))
 
 
-def _weight_maps(pack: Path, tile: TileEntry, stored: StoredTextures) -> tuple[TileEntry, tuple[Path | Texels, ...]]:
+class _Read(NamedTuple):
+    """What is read of a pack, and by tile the regions of the face and the files of weight maps."""
+
+    manifest: Manifest
+    stored: StoredTextures
+    regions: Mapping[int, Regions]
+    weights: Mapping[int, tuple[bytes, ...]]
+
+
+def _read(pack: Path, regions: Mapping[str, Path]) -> _Read:
+    manifest = verify_pack(pack)
+    _check(pack, manifest)
+    memory.check(_row_bytes(manifest), _whole_bytes(manifest))
+    found = read_regions(pack, manifest, regions)
+    stored = read_stored(pack, manifest)
+    with reading(pack):
+        weights = {tile.number: tuple((pack / file).read_bytes() for file in tile.weights) for tile in manifest.tiles}
+    return _Read(manifest, stored, found, weights)
+
+
+def _weight_maps(tile: TileEntry, read: _Read) -> tuple[TileEntry, tuple[bytes | Texels, ...]]:
     """How the weight maps of a tile lie, and the images that hold them; of masks they are made here."""
+    stored = read.stored
     if not isinstance(stored.weights, MaskedWeights):
-        return tile, tuple(pack / file for file in tile.weights)
+        return tile, read.weights[tile.number]
     maps, columns = stored.weight_maps(tile.number), columns_of(len(stored.expressions))
     layout = replace(
         tile,
@@ -197,10 +217,14 @@ def _row_bytes(manifest: Manifest) -> int:
 
 
 def _whole_bytes(manifest: Manifest) -> int:
-    """Of ``head.glb`` while it is put together: the neutrals' images, and mesh and normals of every expression."""
+    """Of ``head.glb`` while it is put together: the neutrals' images, and mesh and normals of every expression.
+
+    And of the files of weight maps, from the beginning to the end.
+    """
     images = sum(manifest.files[texture.neutral].bytes for _, texture in manifest.entries().values())
     vertices = manifest.geometry.vertices if manifest.geometry else 0
-    return 3 * images + 2 * 12 * vertices * (1 + len(manifest.expressions))
+    weights = sum(manifest.files[file].bytes for tile in manifest.tiles for file in tile.weights)
+    return weights + 3 * images + 2 * 12 * vertices * (1 + len(manifest.expressions))
 
 
 def _check(pack: Path, manifest: Manifest) -> None:

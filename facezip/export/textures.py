@@ -1,6 +1,5 @@
 """The textures of an export, what is measured of them, and what its document says of them."""
 
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -139,12 +138,12 @@ def _described(sheet: Sheet, suffix: str) -> Document:
 
 
 def _weights(tile: Tile, folder: Path) -> Document:
-    """Copies the pack's weight maps, or writes those made of masks; uniform ones are constants in the shader."""
+    """Writes the pack's weight maps as they are, or those made of masks; uniform ones are constants in the shader."""
     entries: Document = {}
     for layer, image in enumerate(tile.weight_images):
         file = folder / f"weights_{layer}.png"
-        if isinstance(image, Path):
-            shutil.copyfile(image, file)
+        if isinstance(image, bytes):
+            file.write_bytes(image)
         else:
             write_texture(file, image)
         slots = slice(SLOTS_PER_LAYER * layer, SLOTS_PER_LAYER * (layer + 1))

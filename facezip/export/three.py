@@ -7,7 +7,7 @@ from facezip.export.engine import write_text
 from facezip.export.folder import Target
 from facezip.export.formats import HALVES, Format
 from facezip.export.gltf import GLB_FILE, write_glb
-from facezip.export.shaders import GLSL, shader_words
+from facezip.export.shaders import GLSL, head_words
 from facezip.export.source import APART, Source, Tile
 from facezip.viewer.page import bundle_folder
 
@@ -22,8 +22,7 @@ def _write_tile(tile: Tile, folder: Path) -> None:
 
 def _write_head(source: Source, folder: Path, form: Format) -> None:
     shutil.copytree(bundle_folder(MODULE), folder, dirs_exist_ok=True)
-    tiles = [tile.layout.number for tile in source.tiles]
-    write_text(folder, OF_HEAD, shader_words(source.tiles[0], GLSL) | {"tiles": tiles})
+    write_text(folder, OF_HEAD, head_words(source, GLSL))
     write_glb(source, folder / GLB_FILE, pictured=False)
 
 

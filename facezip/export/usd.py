@@ -4,7 +4,6 @@ USD cannot connect a blend shape's weight to a material. So what is exported is 
 blended beforehand, a small image a frame, and are time samples of the material.
 """
 
-import re
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -18,7 +17,7 @@ from facezip.export.folder import Target
 from facezip.export.formats import PNG, Format
 from facezip.export.gltf import stored_neutral
 from facezip.export.network import ROUGHNESS, Node, Value, blend_network, weights_file
-from facezip.export.shaders import GLSL, number, shader_words
+from facezip.export.shaders import GLSL, head_words, number
 from facezip.export.source import TOGETHER, Source, Tile
 from facezip.export.usd_geometry import geometry_words
 from facezip.files.images import write_texture, write_values
@@ -75,8 +74,7 @@ def _write_tile(frames: Sequence[Frame] | None, tile: Tile, folder: Path) -> Non
 
 def _write_head(frames: Sequence[Frame] | None, source: Source, folder: Path, form: Format) -> None:
     shown = _frames(frames, source.tiles[0])
-    words = shader_words(source.tiles[0], GLSL) | {
-        "tiles": [tile.layout.number for tile in source.tiles],
+    words = head_words(source, GLSL) | {
         "materials": [_material(tile, source.folder_of(tile, folder) != folder, len(shown)) for tile in source.tiles],
         "frames": [[number(frame.get(name, 0.0)) for name in source.expressions] for frame in shown],
         "frames_a_second": FRAMES_A_SECOND,
@@ -99,16 +97,17 @@ def _material(tile: Tile, apart: bool, frames: int) -> dict[str, Any]:
 
 def _nodes(tile: Tile, frames: int) -> list[dict[str, Any]]:
     """The nodes of the blend, as templates say them."""
-    found = []
+    found, layers = [], range(-(-len(tile.layout.weight_span) // SLOTS_PER_LAYER))
+    files = {weights_file(layer, 0): [weights_file(layer, n) for n in range(frames)] for layer in layers}
     for node in blend_network(tile).nodes.values():
-        inputs = [_said(name, value, frames) for name, value in node.inputs.items()]
+        inputs = [_said(name, value, files) for name, value in node.inputs.items()]
         usd_type = USD_TYPES.get(node.type, node.type)
         found.append({**vars(node), "inputs": inputs, "usd_type": usd_type})
     return found
 
 
-def _said(name: str, value: Value, frames: int) -> dict[str, Any]:
-    """An input: its type in both languages, and the node or value that it takes; the files of every frame."""
+def _said(name: str, value: Value, frames: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+    """An input: its type in both languages, the node or value that it takes; of one frame, the files of all."""
     if isinstance(value, Node):
         kind, text = value.type, ""
     elif isinstance(value, tuple):
@@ -119,12 +118,11 @@ def _said(name: str, value: Value, frames: int) -> dict[str, Any]:
         kind, text = "integer", str(value)
     else:
         kind, text = "string" if isinstance(value, str) else "filename", str(value)
-    layer = re.fullmatch(r"weights_(\d+)\.0000\.exr", text)
     return {
         "name": name,
         "type": kind,
         "usd_type": USD_TYPES.get(kind, kind),
         "node": value.name if isinstance(value, Node) else "",
         "text": text,
-        "frames": [weights_file(int(layer[1]), n) for n in range(frames)] if layer else [],
+        "frames": frames.get(text, ()),
     }

@@ -10,16 +10,16 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.objlines import LineFault, Lines
-from facezip.files.objlists import MAX_COORDINATE as MAX_COORDINATE
-from facezip.files.objlists import PART, occurrences
 from facezip.files.reading import reading
+
+if TYPE_CHECKING:
+    from facezip.files.objlines import Lines
 
 # Ten times a film's face. A line takes about a hundred bytes of memory while it is read.
 MAX_BYTES = 2**28
@@ -131,6 +131,9 @@ class _MeshFault(ValueError):
 
 def _text(path: Path) -> bytearray:
     """The bytes of a file as UTF-8 without a byte order mark; never more than stays small in memory."""
+    # A compiler comes with it: whoever reads no mesh, as `facezip info`, does not wait for that.
+    from facezip.files.objlists import PART, occurrences
+
     text, lines = bytearray(), 0
     with open(path, "rb") as file:
         fits = os.fstat(file.fileno()).st_size <= MAX_BYTES
@@ -154,6 +157,8 @@ def _text(path: Path) -> bytearray:
 
 
 def _mesh(text: bytearray) -> tuple[NDArray[np.float32], Topology]:
+    from facezip.files.objlines import LineFault, Lines
+
     try:
         lines = Lines(text)
     except LineFault as fault:
@@ -167,7 +172,7 @@ def _mesh(text: bytearray) -> tuple[NDArray[np.float32], Topology]:
     return lines.vertices, Topology(faces, lines.uv, face_uv, *_materials(lines.materials, polygon))
 
 
-def _check_range(lines: Lines) -> None:
+def _check_range(lines: "Lines") -> None:
     for column, (what, exist) in enumerate((("vertex", len(lines.vertices)), ("UV", len(lines.uv)))):
         indices = lines.corners[:, column]
         if indices.max() >= exist:

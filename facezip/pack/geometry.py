@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from facezip.character.gltf import vertex_normals
 from facezip.files.glb import INDICES, VERTICES, Glb, GlbBuilder, GlbFault
-from facezip.files.obj import MAX_COORDINATE, Topology
+from facezip.files.obj import Topology
+from facezip.files.objlists import MAX_COORDINATE
 from facezip.files.reading import MOST_EXPANSION, SPARE
 from facezip.names import one_form
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from facezip.character.maps import MAX_SLOPE
 from facezip.character.scans import Character
 from facezip.character.tiles import place_of
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.reading import reading, undisturbed
 from facezip.pack.belonging import check_belongs
 from facezip.pack.errors import Errors, model_errors
 from facezip.pack.manifest import Manifest, MapEntry, TextureEntry, TileEntry
@@ -18,7 +19,7 @@ from facezip.pack.quantise import ZERO, StoredTextures, StoredWeights
 from facezip.pack.read import read_stored
 from facezip.pack.verification import bytes_on_disk, verify_pack
 from facezip.rigging.sequences import poses_for
-from facezip.viewer.assets import original_assets, pack_assets
+from facezip.viewer.assets import Assets, original_assets, pack_assets
 
 COLOURS = 3
 
@@ -47,19 +48,34 @@ def read_scene(pack: Path, character: Character | None = None) -> Scene:
         What :func:`facezip.read_pack` raises; ``UNKNOWN_NAME`` or ``SIZE_MISMATCH`` where the character is another
         one; ``BAD_VALUE`` where a map is no picture (colours of 2 channels, anything of 4).
     """
+    read = undisturbed(pack, lambda: _read(pack, character))
+    if character is None:
+        return Scene(_document(read, None), read.assets)
+    errors = model_errors(character, read.stored)
+    return Scene(_document(read, errors), {**read.assets, **original_assets(character, read.manifest)})
+
+
+class _Read(NamedTuple):
+    """What is read of a pack: what becomes of its folder afterwards changes nothing."""
+
+    manifest: Manifest
+    stored: StoredTextures
+    assets: Assets
+    bytes: int
+
+
+def _read(pack: Path, character: Character | None) -> _Read:
     manifest = verify_pack(pack)
     _check_channels(manifest, pack)
     if character is not None:
         _check_same(character, manifest, pack)
     stored = read_stored(pack, manifest)
-    errors = None if character is None else model_errors(character, stored)
-    assets = pack_assets(pack, manifest, stored)
-    if character is not None:
-        assets |= original_assets(character, manifest)
-    return Scene(_document(pack, manifest, stored, errors), assets)
+    with reading(pack):
+        return _Read(manifest, stored, pack_assets(pack, manifest, stored), bytes_on_disk(pack))
 
 
-def _document(pack: Path, manifest: Manifest, stored: StoredTextures, errors: Errors | None) -> dict[str, Any]:
+def _document(read: _Read, errors: Errors | None) -> dict[str, Any]:
+    manifest, stored = read.manifest, read.stored
     cost, geometry = manifest.footprint, manifest.geometry
     return {
         "name": manifest.name,
@@ -76,7 +92,7 @@ def _document(pack: Path, manifest: Manifest, stored: StoredTextures, errors: Er
         "costs": {
             "bytes_on_gpu": cost.bytes_on_gpu,
             "bytes_raw": cost.bytes_raw,
-            "bytes_on_disk": bytes_on_disk(pack),
+            "bytes_on_disk": read.bytes,
             "fetches": cost.fetches,
         },
         "mesh": {"vertices": geometry.vertices, "triangles": geometry.triangles} if geometry else None,
@@ -99,6 +115,7 @@ def _map(entry: MapEntry, errors: Errors | None) -> dict[str, Any]:
         "encoding": entry.encoding,
         "range": list(entry.range),
         "channels": entry.channels,
+        "image_channels": entry.image_channels,
         # Degrees of normals, else parts of 255.
         "error": found.get("angular_error", found.get("rmse")),
     }

@@ -3,7 +3,6 @@
 import base64
 from contextlib import contextmanager
 from io import BytesIO
-from threading import Thread
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ from PIL import Image
 from facezip.viewer.build import BUNDLE
 from facezip.viewer.scene import read_scene
 from facezip.viewer.server import ADDRESS, files_of, serve
+from tests.serving import running
 
 READY_MS = 120_000
 
@@ -89,14 +89,8 @@ def context(browser):
 @contextmanager
 def served(pack, character=None):
     """The address of a pack's page while the block runs."""
-    with serve(files_of(read_scene(pack, character))) as server:
-        thread = Thread(target=server.serve_forever, args=(0.05,), daemon=True)
-        thread.start()
-        try:
-            yield f"http://{ADDRESS}:{server.server_port}/"
-        finally:
-            server.shutdown()
-            thread.join()
+    with running(serve(files_of(read_scene(pack, character)))) as server:
+        yield f"http://{ADDRESS}:{server.server_port}/"
 
 
 @contextmanager

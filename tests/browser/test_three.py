@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from facezip import FaceZipError
+from facezip.character.maps import Map
 from facezip.export import TARGETS
 from facezip.files.srgb import decode_srgb
 from facezip.pack.read import read_pack
@@ -18,6 +19,7 @@ from tests.engines.godot import ZOOM, serving
 from tests.engines.heads import HEADS, expected, faces_on, gains_of, head, poses, seen_under
 from tests.facezip.export.conftest import KINDS, layered_model
 from tests.facezip.export.gains import regions_in
+from tests.facezip.viewer.models import random_maps
 
 READY_MS = 60_000
 
@@ -30,6 +32,7 @@ def of_16_bits(surface):
 # A mirrored one has the relief of another only under light, which is the viewer's own skin.
 FLAT = {name: surface for name, surface in HEADS.items() if "in blocks" not in name and name != "mirrored"} | {
     "neutrals of 16 bits": of_16_bits(head(layered_model(kinds=KINDS))),
+    "two channels": head(random_maps(maps=("albedo", Map("flow", "data")), channels={"flow": 2})),
     "five slots": head(layered_model(kinds=KINDS[:3], slots=5)),
 }
 GAINS = ("several maps", "tiles, one without faces", "odd names", "five slots")

@@ -83,13 +83,17 @@ def is_mirrored(surface):
 
 
 def expected(surface, kind, weights):
-    """All tiles of a map of a blend from left to right, ``(H, W, 3)`` float32; zeros where there is no face."""
+    """All tiles of a map of a blend from left to right, ``(H, W, 3)`` float32; zeros where there is no face.
+
+    A map of two channels has zeros for a third.
+    """
     columns = [tile - 1001 for tile in faces_on(surface)]
     height, width = surface.parts["albedo", surface.tiles[0]].neutral.shape[:2]
     whole = np.zeros((height, width * (max(columns) + 1), 3), np.float32)
     for column in columns:
         place = whole[:, column * width : (column + 1) * width]
-        place[:] = surface.blend(weights, kind.name, 1001 + column)
+        texels = surface.blend(weights, kind.name, 1001 + column)
+        place[..., : 2 if texels.shape[2] == 2 else 3] = texels
     if is_mirrored(surface):
         return whole[:, ::-1] * (np.array([-1, 1, 1], np.float32) if kind.is_normal else np.float32(1))
     return whole

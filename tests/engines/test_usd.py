@@ -23,7 +23,7 @@ from scenes import materials
 from tests.engines.heads import HEADS, head
 from tests.engines.materialx import glsl, libraries, read
 from tests.facezip.export.conftest import smooth_model
-from tests.facezip.export.gpu import Gpu
+from tests.facezip.export.gpu import Gpu, software
 
 CASES = {
     **{name: made for name, made in HEADS.items() if "in blocks" not in name},
@@ -103,9 +103,8 @@ def stage(case):
 
 @pytest.fixture(scope="module")
 def gpu():
-    gpu = Gpu()
-    yield gpu
-    gpu.close()
+    with software() as context:
+        yield Gpu(context)
 
 
 def shaders(stage):

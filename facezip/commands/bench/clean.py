@@ -12,7 +12,7 @@ LIBRARIES = ("facezip", "numpy", "numba", "scipy")
 
 
 @click.command("clean")
-@click.option("--resolution", type=click.IntRange(64, 4096), default=512, show_default=True, metavar="TEXELS")
+@options.resolution
 @options.seed
 @click.option("--seeds", type=click.IntRange(min=1), default=1, show_default=True, metavar="N", help="Persons.")
 @options.as_json

@@ -20,7 +20,7 @@ TINY = 64
 
 
 @click.command("compress")
-@click.option("--character", type=options.FOLDER, metavar="FOLDER", help="Scans; the embedded character if none.")
+@options.scans
 @click.option("--resolution", type=click.IntRange(256, 8192), default=1024, show_default=True, metavar="TEXELS")
 @options.expressions
 @options.seed

@@ -15,8 +15,8 @@ from facezip.machine.conditions import conditions
 
 
 @click.command("maps")
-@click.option("--character", type=options.FOLDER, metavar="FOLDER", help="Scans; the embedded character if none.")
-@click.option("--resolution", type=click.IntRange(64, 4096), default=512, show_default=True, metavar="TEXELS")
+@options.scans
+@options.resolution
 @options.expressions
 @options.seed
 @click.option("--nuisances", type=click.FloatRange(0, 10), default=1.0, show_default=True, metavar="X", help="0: none.")

@@ -12,7 +12,7 @@ LIBRARIES = ("facezip", "numpy", "numba", "OpenImageIO", "scipy")
 
 
 @click.command("rig")
-@click.option("--resolution", type=click.IntRange(64, 4096), default=512, show_default=True, metavar="TEXELS")
+@options.resolution
 @options.seed
 @click.option("--template-seed", type=click.IntRange(0, 2**32 - 1), default=1, show_default=True, metavar="S")
 @click.option(

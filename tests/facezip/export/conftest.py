@@ -53,6 +53,11 @@ def layered_model(model=random_model, kinds=KINDS, tiles=(1001,), **options):
     return CompressedTextures(whole.method, whole.expressions, kinds, parts, weights, meshes)
 
 
+def files_of(folder):
+    """The bytes of every file, by its place."""
+    return {file.relative_to(folder): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+
+
 @pytest.fixture(scope="module")
 def pack(tmp_path_factory):
     path = tmp_path_factory.mktemp("packs") / "me.facezip"

@@ -1,12 +1,16 @@
-"""Runs shader text: OpenGL in software where there is no GPU; HLSL by way of SPIR-V."""
+"""Runs shader text: OpenGL in software where there is such; HLSL by way of SPIR-V."""
 
 import os
 import re
 import shutil
 import subprocess
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
+
+from facezip.errors import FaceZipError
+from facezip.export.opengl import devices, opened
 
 PREFIX = "SPIRV_Cross_Combined"
 CORNERS = "#version 450\nvoid main() { gl_Position = vec4(vec2(gl_VertexID % 2, gl_VertexID / 2) * 4.0 - 1.0, 0, 1); }"
@@ -38,18 +42,23 @@ def hlsl_to_glsl(text, folder, *includes):
     return checked(tool("spirv-cross"), spirv, "--version", 450, "--no-es")
 
 
-class Gpu:
-    def __init__(self):
-        moderngl = pytest.importorskip("moderngl")
-        # Texture units of hardware interpolate with a few bits only.
-        os.environ.setdefault("LIBGL_ALWAYS_SOFTWARE", "1")
-        try:
-            self._context = moderngl.create_context(standalone=True, backend="egl")
-        except Exception as error:
-            pytest.skip(f"no OpenGL by EGL: {error}")
+@contextmanager
+def software():
+    """OpenGL of the processor where there is such, or the test skips.
 
-    def close(self):
-        self._context.release()
+    Texture units of hardware interpolate with a few bits only.
+    """
+    os.environ.setdefault("LIBGL_ALWAYS_SOFTWARE", "1")
+    try:
+        with opened(next((device.index for device in devices() if device.is_software), None)) as (_, context):
+            yield context
+    except FaceZipError as error:
+        pytest.skip(str(error))
+
+
+class Gpu:
+    def __init__(self, context):
+        self._context = context
 
     def texture(self, texels):
         """``(H, W, C)`` uint8 or float32, the first row first in memory, sampled bilinearly and clamped."""

@@ -10,7 +10,7 @@ from facezip.machine import memory
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import ALBEDO_KEY
-from tests.facezip.export.conftest import KINDS, layered_model, smooth_model, with_part
+from tests.facezip.export.conftest import KINDS, files_of, layered_model, smooth_model, with_part
 from tests.peaks import peak_of
 
 
@@ -20,10 +20,6 @@ def layered(tmp_path_factory):
     model = layered_model(smooth_model, (KINDS[0], KINDS[2], KINDS[3]), tiles=(1001, 1002), side=40, weights=5)
     write_pack(model, path)
     return path
-
-
-def files_of(folder):
-    return {file.relative_to(folder): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
 
 
 @pytest.mark.parametrize(("textures", "maps"), [("png", "together"), ("dds", "together"), ("ktx2", "apart")])

@@ -17,7 +17,7 @@ from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_model
 from tests.facezip.export.conftest import KINDS, grey, layered_model
 from tests.facezip.export.gains import masks_in, regions_in, turned
-from tests.facezip.export.gpu import Gpu, compile_glsl, hlsl_to_glsl
+from tests.facezip.export.gpu import Gpu, compile_glsl, hlsl_to_glsl, software
 
 MODELS = {
     "four slots": random_model(meshes=True),
@@ -35,9 +35,8 @@ TOLERANCE = 1e-4
 
 @pytest.fixture(scope="module")
 def gpu():
-    gpu = Gpu()
-    yield gpu
-    gpu.close()
+    with software() as context:
+        yield Gpu(context)
 
 
 class Exported:

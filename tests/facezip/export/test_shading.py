@@ -1,7 +1,5 @@
 """What ``bench shader`` draws is what it says: both ways of a blend, on as many fetches, timed part by part."""
 
-import os
-
 import numpy as np
 import pytest
 
@@ -11,19 +9,15 @@ from facezip.export.opengl import devices, opened
 from facezip.export.shading import Shading
 from facezip.export.timing import Clock, bench_shader
 from facezip.files.srgb import decode_srgb
+from tests.facezip.export.gpu import software
 
 SIDE, COUNT = 64, 5
 
 
 @pytest.fixture(scope="module")
 def context():
-    pytest.importorskip("moderngl")
-    os.environ.setdefault("LIBGL_ALWAYS_SOFTWARE", "1")
-    try:
-        with opened() as (_, context):
-            yield context
-    except FaceZipError as error:
-        pytest.skip(str(error))
+    with software() as context:
+        yield context
 
 
 @pytest.fixture

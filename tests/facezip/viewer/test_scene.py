@@ -1,5 +1,6 @@
 import io
 import re
+import shutil
 import zlib
 from dataclasses import replace
 from pathlib import Path
@@ -11,10 +12,12 @@ from PIL import Image
 from facezip import FaceZipError
 from facezip.character.maps import ALBEDO, Map
 from facezip.character.tiles import charts
+from facezip.files.renaming import exchange
 from facezip.pack.errors import pack_errors
 from facezip.pack.geometry import read_head
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
+from facezip.viewer import scene as scenes
 from facezip.viewer.scene import read_scene
 from tests.facezip.conftest import random_character, random_model
 from tests.facezip.viewer.models import DEPTH, random_maps, random_scans
@@ -46,6 +49,7 @@ def image(scene, name):
 
 
 def written(model, folder, **options):
+    folder.mkdir(exist_ok=True)
     write_pack(model, folder / "a.facezip", **options)
     return folder / "a.facezip"
 
@@ -221,3 +225,26 @@ def test_what_is_no_picture_is_refused(tmp_path, encoding, channels):
     model = random_maps(maps=("albedo", Map("odd", encoding)), channels={"odd": channels})
     with pytest.raises(FaceZipError, match=f"its odd has {channels} channels"):
         read_scene(written(model, tmp_path))
+
+
+def contents(scene):
+    return scene.document, {name: content() for name, content in scene.assets.items()}
+
+
+def test_a_scene_is_of_one_pack_whatever_becomes_of_its_folder(tmp_path, monkeypatch):
+    models = random_maps(), replace(random_maps(slots=3), method="pca")
+    pack, other = (written(model, tmp_path / str(n)) for n, model in enumerate(models))
+    last, read, times = contents(read_scene(other)), scenes.read_stored, []
+
+    def replaced(folder, manifest):
+        found = read(folder, manifest)
+        if not times:
+            assert exchange(pack, other)
+        times.append(1)
+        return found
+
+    monkeypatch.setattr(scenes, "read_stored", replaced)
+    scene = read_scene(pack)
+    shutil.rmtree(pack)
+    assert contents(scene) == last
+    assert len(times) == 2

@@ -2,23 +2,19 @@
 
 import http.client
 import json
-from threading import Thread
 
 import pytest
 
 from facezip import FaceZipError
 from facezip.viewer.scene import read_scene
 from facezip.viewer.server import files_of, serve
+from tests.serving import running
 
 
 @pytest.fixture(scope="module")
 def server(pack, bundle):
-    with serve(files_of(read_scene(pack))) as server:
-        thread = Thread(target=server.serve_forever, args=(0.05,), daemon=True)
-        thread.start()
+    with running(serve(files_of(read_scene(pack)))) as server:
         yield server
-        server.shutdown()
-        thread.join()
 
 
 def ask(server, path, method="GET", host=None):

@@ -2,8 +2,9 @@
 // originals at the left of the wipe.
 
 import * as THREE from "three";
+import { colourOf, flatMaterial } from "./head/flat";
+import { float, numbersOf } from "./head/glsl";
 import type { Tile } from "./head/head";
-import { COMMON, float, numbersOf } from "./head/glsl";
 import { rolesOf, skinMaterial } from "./head/skin";
 import type { Originals } from "./originals";
 import type { Scene } from "./scene";
@@ -47,7 +48,7 @@ export class Looks {
     const lookups = Object.fromEntries(Object.entries(roles).map(([role, m]) => [role, { map: scene.maps[m], call: `${role}_seen` }]));
     if (lookups.albedo) lookups.albedo.call = "albedo_or_clay";
     this.lit = skinMaterial(lookups, source + (lookups.albedo ? CLAY : ""), uniforms);
-    this.flat = scene.maps.map((_, m) => flatMaterial(scene, m, sided(tile, { chosen: m }, originals, shared)));
+    this.flat = scene.maps.map((_, m) => viewsOf(scene, m, sided(tile, { chosen: m }, originals, shared)));
   }
 }
 
@@ -73,24 +74,14 @@ vec3 ${name}_seen(vec2 at) { return gl_FragCoord.x < wipe ? ${name}_original(at)
   return { source: [source, "uniform float wipe;", ...sides].join("\n"), uniforms: { ...uniforms, ...shared.uniforms } };
 }
 
-function flatMaterial(scene: Scene, m: number, { source, uniforms }: Shader): THREE.ShaderMaterial {
+function viewsOf(scene: Scene, m: number, { source, uniforms }: Shader): THREE.ShaderMaterial {
   const normal = scene.maps[m].encoding === "normal";
   const slots = Array.from({ length: scene.slots }, (_, i) => i);
-  return new THREE.ShaderMaterial({
-    glslVersion: THREE.GLSL3, side: THREE.DoubleSide, toneMapped: false, uniforms,
-    vertexShader: `
-out vec2 face;
-void main() {
-  face = uv;
-  gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
-}`,
-    fragmentShader: `
-in vec2 face;
-out vec4 colour;
+  return flatMaterial(`
 uniform float weightRange, squares;
 uniform int shown, slot;
-${COMMON}${source}
-vec3 shownOf(vec3 map) { return ${normal ? "0.5 + 0.5 * normalOf(map)" : "map"}; }
+${source}
+vec3 shownOf(vec3 map) { return ${colourOf(scene.maps[m], "map")}; }
 vec3 storedOf(vec4 texel) { return ${normal ? `vec3(texel.rg, ${float(scene.difference_zero)})` : numbersOf(scene.maps[m], "texel")}; }
 float weightOf() {
 ${slots.map((i) => `  if (slot == ${i}) return weights[${i >> 2}][${i & 3}];`).join("\n")}
@@ -102,20 +93,14 @@ ${normal
     : `  vec3 gap = abs(one - other);\n  return max(gap.r, max(gap.g, gap.b)) / ${float(ERROR_RANGE)};`}
 }
 ${SCALES}
-vec3 encodedColour(vec2 at) {
+vec3 colourAt(vec2 at) {
   if (shown == 1) return signedColour(weightOf() / weightRange);
   if (shown == 2) return storedOf(fetch(chosen_map, at, float(slot + 1)));
   if (shown == 3) return 0.5 + 0.5 * (shownOf(chosen_seen(at)) - shownOf(chosen_neutral(at))) / ${float(CHANGE_RANGE)};
   if (shown == 4) return errorColour(errorOf(chosen_original(at), chosen_blend(at)));
   if (shown == 5) return squaresOf(at);
   return shownOf(chosen_seen(at));
-}
-void main() {
-  vec2 at = tileAt(face);
-  readWeights(at);
-  colour = vec4(encodedColour(at), 1.0);
-}`,
-  });
+}`, uniforms);
 }
 
 const SCALES = `

@@ -1,5 +1,6 @@
 // What Python wrote: a document, and assets by name, inside the page or beside it on the server.
 
+import { asked, bitmapOf } from "./head/assets";
 import type { Assets, HeadDocument, MapEntry } from "./head/document";
 
 export interface Scene extends HeadDocument {
@@ -28,17 +29,15 @@ export async function readScene(): Promise<Scene> {
   return inside == null ? (await asked("scene.json")).json() : JSON.parse(inside);
 }
 
-/** Arrays are little-endian, as every machine that has WebGL; images come without colour management. */
+/** Arrays are little-endian, as every machine that has WebGL. */
 export const assets: Assets = {
   async array(name) {
     const stream = new Blob([await bytesOf(`${name}.zlib`)]).stream();
     return new Response(stream.pipeThrough(new DecompressionStream("deflate"))).arrayBuffer();
   },
 
-  async image(name, scale, [rows, columns]) {
-    const image = new Blob([await bytesOf(`${name}.png`)], { type: "image/png" });
-    const smaller = scale === 1 ? {} : { resizeWidth: Math.max(1, Math.round(columns * scale)), resizeHeight: Math.max(1, Math.round(rows * scale)), resizeQuality: "high" as const };
-    return createImageBitmap(image, { colorSpaceConversion: "none", premultiplyAlpha: "none", ...smaller });
+  async image(name, scale, size) {
+    return bitmapOf(new Blob([await bytesOf(`${name}.png`)], { type: "image/png" }), scale, size);
   },
 };
 
@@ -46,10 +45,4 @@ async function bytesOf(name: string): Promise<Uint8Array<ArrayBuffer>> {
   const inside = block(name);
   if (inside == null) return new Uint8Array(await (await asked(name)).arrayBuffer());
   return Uint8Array.from(atob(inside), (character) => character.charCodeAt(0));
-}
-
-async function asked(name: string): Promise<Response> {
-  const response = await fetch(name);
-  if (!response.ok) throw new Error(`${name}: the server answers ${response.status}`);
-  return response;
 }

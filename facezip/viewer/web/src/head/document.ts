@@ -5,8 +5,10 @@ export interface MapEntry {
   encoding: "srgb" | "data" | "normal";
   /** The values that texels of 0 and 1 stand for. */
   range: [number, number];
-  /** Of a texel; 2 for normals, whose images have three. */
+  /** Of a value; 2 for normals. */
   channels: number;
+  /** Of its images: 3 for normals; two channels may come as grey with alpha. */
+  image_channels: number;
 }
 
 export interface TextureEntry {

@@ -78,10 +78,10 @@ const fetched = (name: string, layer: number) => `fetch(${name}_map, at, ${layer
 /** A float of GLSL, which wants a point or an exponent. */
 export const float = (value: number) => (Number.isInteger(value) ? value.toFixed(1) : String(value));
 
-/** The three numbers of a texel as an image of so many channels has them. */
-export function numbersOf({ encoding, channels }: MapEntry, texel: string): string {
-  if (channels === 1) return `${texel}.rrr`;
-  return channels === 2 && encoding !== "normal" ? `vec3(${texel}.ra, 0.0)` : `${texel}.rgb`;
+/** The three numbers of a texel as an image has them. */
+export function numbersOf({ image_channels }: MapEntry, texel: string): string {
+  if (image_channels === 1) return `${texel}.rrr`;
+  return image_channels === 2 ? `vec3(${texel}.ra, 0.0)` : `${texel}.rgb`;
 }
 
 function limits({ max_slope }: HeadDocument, { encoding }: MapEntry): string {

@@ -1,5 +1,6 @@
 // What `facezip export --to three` wrote: facezip.json as the document of a head, and its files as that head's images and arrays.
 
+import { asked, bitmapOf } from "../head/assets";
 import { type Assets, type HeadDocument, layersOf, type MapEntry, type TextureEntry, type TileEntry } from "../head/document";
 import { readPng, type Texels } from "./png";
 
@@ -40,7 +41,7 @@ function documentOf(tiles: ExportedTile[]): HeadDocument {
   const first = maps[gains.maps[0]];
   return {
     expressions: order,
-    maps: gains.maps.map((name) => ({ name, encoding: maps[name].encoding, range: maps[name].range, channels: maps[name].channels.length })),
+    maps: gains.maps.map((name) => ({ name, encoding: maps[name].encoding, range: maps[name].range, ...channelsOf(maps[name]) })),
     tiles: tiles.map((tile) => tileOf(tile)),
     slots: first.differences.length,
     difference_zero: textures[first.differences[0]].zero!,
@@ -50,6 +51,9 @@ function documentOf(tiles: ExportedTile[]): HeadDocument {
     mesh: {},
   };
 }
+
+// Two channels come in images of three.
+const channelsOf = ({ channels: { length } }: ExportedMap) => ({ channels: length, image_channels: length === 2 ? 3 : length });
 
 function tileOf({ weight_size, uniform_weights, gains, maps, textures }: ExportedTile): TileEntry {
   const slots = maps[gains.maps[0]].differences.length;
@@ -87,14 +91,13 @@ function assetsOf(tiles: ExportedTile[], places: string[]): Assets {
       return new Blob(parts).arrayBuffer();
     },
 
-    async image(name, scale, [rows, columns]) {
+    async image(name, scale, size) {
       const [, t, m, part] = /^tile_(\d+)\.map_(\d+)\.(\w+)$/.exec(name)!;
       const { maps, textures, gains } = tiles[+t];
       const { neutral, differences } = maps[gains.maps[+m]];
       const { file, low } = textures[part.startsWith("neutral") ? neutral : differences[+part.split("_")[1]]];
-      const image = await (await asked(new URL(part === "neutral_low" ? low! : file, places[+t]))).blob();
-      const smaller = scale === 1 ? {} : { resizeWidth: Math.max(1, Math.round(columns * scale)), resizeHeight: Math.max(1, Math.round(rows * scale)), resizeQuality: "high" as const };
-      return createImageBitmap(image, { colorSpaceConversion: "none", premultiplyAlpha: "none", ...smaller });
+      const image = await asked(new URL(part === "neutral_low" ? low! : file, places[+t]));
+      return bitmapOf(await image.blob(), scale, size);
     },
   };
 }
@@ -116,10 +119,4 @@ function stacked({ bytes, width, channels }: Texels, columns: number, [rows, acr
 function uniform(weights: number[][]): Float32Array<ArrayBuffer> {
   const layers = Array.from({ length: layersOf(weights[0].length) }, (_, layer) => weights.flatMap((row) => [0, 1, 2, 3].map((slot) => row[4 * layer + slot] ?? 0)));
   return Float32Array.from(layers.flat());
-}
-
-async function asked(address: URL): Promise<Response> {
-  const response = await fetch(address);
-  if (!response.ok) throw new Error(`${address}: the server answers ${response.status}`);
-  return response;
 }

@@ -2,9 +2,9 @@
 
 import * as THREE from "three";
 import type { HeadDocument } from "../head/document";
+import { colourOf, flatMaterial } from "../head/flat";
 import { shaderOf, Tile, type TileContent } from "../head/head";
 import { rolesOf, skinMaterial } from "../head/skin";
-import { flatMaterial } from "./flat";
 
 /** The maps of a material by our names for them, and its uniforms. */
 interface Look { maps: Record<string, number>; uniforms: Record<string, THREE.IUniform> }
@@ -55,7 +55,8 @@ export class Part {
     this.hide();
     if (m === null) return;
     const { source, uniforms } = this.look({ shown: m });
-    this.mesh.material = flatMaterial(this.document.maps[m], source, uniforms);
+    const shown = `vec3 colourAt(vec2 at) { vec3 value = shown_blend(at); return ${colourOf(this.document.maps[m], "value")}; }`;
+    this.mesh.material = flatMaterial(`${source}\n${shown}`, uniforms);
   }
 
   dispose(): void {
