@@ -60,6 +60,12 @@ class MaskedWeights(Mapping[int, NDArray[np.float32]]):
         layered = padded.reshape(count, padded.shape[1], -1, SLOTS_PER_LAYER).transpose(0, 2, 1, 3)
         return np.ascontiguousarray(layered)
 
+    def fours(self, tile: int) -> NDArray[np.uint8]:
+        """The masks of a tile as images hold them: ``(K' / 4, h, w, 4)``, what is left of the last four 0."""
+        masks = self.masks[tile]
+        padded = np.pad(masks, ((0, -len(masks) % SLOTS_PER_LAYER), (0, 0), (0, 0)))
+        return padded.reshape(-1, SLOTS_PER_LAYER, *masks.shape[1:]).transpose(0, 2, 3, 1)
+
     def combined(self, betas: NDArray[np.float32], tile: int) -> NDArray[np.float32]:
         """The weight map ``(h, w, R)`` of a blend of ``betas`` ``(N,)``, as a pre-pass makes it."""
         mixed = np.einsum("n,nki->ki", betas, self.activations.astype(np.float32))
