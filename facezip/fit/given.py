@@ -1,5 +1,6 @@
 """Masks that somebody gives: those of an engine's rig, or painted ones."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -8,6 +9,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.machine import memory
+from facezip.machine.rows import by_rows, write_rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,17 +75,17 @@ class GivenMasks:
         return allowed
 
     def _on_grid(self, tile: int, size: tuple[int, int]) -> NDArray[np.uint8]:
-        nowhere = np.zeros(size, np.float32)
-        values = np.stack(
-            [
-                resampled(self.images[name, tile], size) if (name, tile) in self.images else nowhere
-                for name in self.names
-            ]
-        )
-        if self.sum_to_one:
-            total = values.sum(axis=0)
-            values = np.divide(values, total, out=values, where=total > 0)
-        return as_bytes(values)
+        values: NDArray[np.float32] = memory.zeros((len(self.names), *size), np.float32)
+        for k, name in enumerate(self.names):
+            if (name, tile) in self.images:
+                write_rows(resampled(self.images[name, tile], size).__getitem__, values[k])
+
+        def stored(rows: slice) -> NDArray[np.uint8]:
+            some = values[:, rows]
+            total = some.sum(axis=0)
+            return as_bytes(np.divide(some, total, out=some.copy(), where=total > 0) if self.sum_to_one else some)
+
+        return by_rows(stored, values.shape, np.uint8, axis=1)
 
 
 def as_bytes(masks: NDArray[np.float32]) -> NDArray[np.uint8]:
@@ -93,6 +96,14 @@ def as_bytes(masks: NDArray[np.float32]) -> NDArray[np.uint8]:
 def resampled(image: NDArray[np.float32], size: tuple[int, int]) -> NDArray[np.float32]:
     """An image ``(H, W)`` at another size ``(h, w)``: means of what a texel covers, or values between texels."""
     (height, width), (h, w) = image.shape, size
-    smaller = height * width > h * w
-    way = Image.Resampling.BOX if smaller else Image.Resampling.BILINEAR
-    return np.array(Image.fromarray(image).resize((w, h), way))
+    if height * width <= h * w:
+        return np.array(Image.fromarray(image).resize((w, h), Image.Resampling.BILINEAR))
+
+    def means(rows: slice) -> NDArray[np.float32]:
+        top, bottom = rows.start * height / h, rows.stop * height / h
+        first = int(top)
+        some = Image.fromarray(image[first : math.ceil(bottom)])
+        covered = 0, top - first, width, bottom - first
+        return np.array(some.resize((w, rows.stop - rows.start), Image.Resampling.BOX, covered))
+
+    return by_rows(means, size, np.float32)

@@ -63,8 +63,14 @@ class MaskedWeights(Mapping[int, NDArray[np.float32]]):
     def fours(self, tile: int) -> NDArray[np.uint8]:
         """The masks of a tile as images hold them: ``(K' / 4, h, w, 4)``, what is left of the last four 0."""
         masks = self.masks[tile]
-        padded = np.pad(masks, ((0, -len(masks) % SLOTS_PER_LAYER), (0, 0), (0, 0)))
-        return padded.reshape(-1, SLOTS_PER_LAYER, *masks.shape[1:]).transpose(0, 2, 3, 1)
+        count, height, width = masks.shape
+
+        def rows_of(rows: slice) -> NDArray[np.uint8]:
+            padded = np.pad(masks[:, rows], ((0, -count % SLOTS_PER_LAYER), (0, 0), (0, 0)))
+            return padded.reshape(-1, SLOTS_PER_LAYER, *padded.shape[1:]).transpose(0, 2, 3, 1)
+
+        shape = -(-count // SLOTS_PER_LAYER), height, width, SLOTS_PER_LAYER
+        return by_rows(rows_of, shape, np.uint8, axis=1)
 
     def combined(self, betas: NDArray[np.float32], tile: int) -> NDArray[np.float32]:
         """The weight map ``(h, w, R)`` of a blend of ``betas`` ``(N,)``, as a pre-pass makes it."""

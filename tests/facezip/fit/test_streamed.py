@@ -9,6 +9,8 @@ from facezip.character.loading import load_character, save_character
 from facezip.character.maps import Map
 from facezip.character.scans import Stack
 from facezip.files import decoding
+from facezip.files.images import write_texture
+from facezip.fit.mask_folder import read_masks
 from facezip.fit.methods import compress
 from facezip.machine import memory
 from facezip.pack.errors import model_errors
@@ -57,19 +59,31 @@ def loaded(scans):
     return load_character(scans, keep_floats=(scans / "neutral.1001.exr").exists())
 
 
-def packed(scans, pack, method):
+@pytest.fixture(scope="module")
+def masks(tmp_path_factory):
+    """Images larger and smaller than weight maps, two of them in the channels of one."""
+    folder, rng = tmp_path_factory.mktemp("given") / "masks", np.random.default_rng(0)
+    folder.mkdir()
+    for name, shape in {"chin": (90, 70, 1), "brow.1002": (5, 200, 1), "pair": (130, 140, 3)}.items():
+        write_texture(folder / f"{name}.png", rng.integers(0, 256, shape, np.uint8))
+    (folder / "masks.toml").write_text('sum_to_one = true\n[channels]\npair = ["left", "right"]\n')
+    return folder
+
+
+def packed(scans, pack, method, masks):
     """What is written and measured of a folder of scans: the bytes of every file, and the errors."""
+    given = read_masks(masks) if method == "masks" else None
     surface = loaded(scans)
-    write_pack(compress(surface, method), pack)
+    write_pack(compress(surface, method, given_masks=given), pack)
     return {file.name: file.read_bytes() for file in pack.iterdir()}, model_errors(surface, read_pack(pack))
 
 
-@pytest.mark.parametrize("method", ["refined", "pca"])
-def test_a_streamed_pack_has_the_bytes_of_one_made_in_memory(method, scans, tmp_path, monkeypatch):
-    here = packed(scans, tmp_path / "here", method)
+@pytest.mark.parametrize("method", ["refined", "pca", "masks"])
+def test_a_streamed_pack_has_the_bytes_of_one_made_in_memory(method, scans, masks, tmp_path, monkeypatch):
+    here = packed(scans, tmp_path / "here", method, masks)
     monkeypatch.setattr(memory, "LEAST", -(10**9))
     with memory.limited(1, tmp_path):
-        streamed = packed(scans, tmp_path / "streamed", method)
+        streamed = packed(scans, tmp_path / "streamed", method, masks)
     assert streamed == here
 
 
