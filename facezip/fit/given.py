@@ -1,6 +1,5 @@
 """Masks that somebody gives: those of an engine's rig, or painted ones."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -96,14 +95,11 @@ def as_bytes(masks: NDArray[np.float32]) -> NDArray[np.uint8]:
 def resampled(image: NDArray[np.float32], size: tuple[int, int]) -> NDArray[np.float32]:
     """An image ``(H, W)`` at another size ``(h, w)``: means of what a texel covers, or values between texels."""
     (height, width), (h, w) = image.shape, size
-    if height * width <= h * w:
-        return np.array(Image.fromarray(image).resize((w, h), Image.Resampling.BILINEAR))
+    way = Image.Resampling.BOX if height * width > h * w else Image.Resampling.BILINEAR
 
-    def means(rows: slice) -> NDArray[np.float32]:
-        top, bottom = rows.start * height / h, rows.stop * height / h
-        first = int(top)
-        some = Image.fromarray(image[first : math.ceil(bottom)])
-        covered = 0, top - first, width, bottom - first
-        return np.array(some.resize((w, rows.stop - rows.start), Image.Resampling.BOX, covered))
+    def resized(some: NDArray[np.float32], to: tuple[int, int]) -> NDArray[np.float32]:
+        return np.array(Image.fromarray(some).resize(to[::-1], way))
 
-    return by_rows(means, size, np.float32)
+    # Rows by themselves, then columns: of the whole the library would make copies.
+    narrow = by_rows(lambda rows: resized(image[rows], (rows.stop - rows.start, w)), (height, w), np.float32)
+    return by_rows(lambda some: resized(narrow[:, some], (h, some.stop - some.start)), size, np.float32, axis=1)

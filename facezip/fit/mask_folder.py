@@ -102,8 +102,7 @@ def _masks_of(path: Path, channels: dict[str, list[str]]) -> Iterator[tuple[tupl
     texels = _channels(path, len(channels[name]))
     for channel, each in enumerate(channels[name]):
         if each:
-            one = by_rows(lambda rows, at=channel: texels[rows, :, at], texels.shape[:2], np.float32)
-            yield (each, tile), one
+            yield (each, tile), _channel(texels, channel)
 
 
 def _one_mask(path: Path) -> NDArray[np.float32]:
@@ -134,6 +133,10 @@ def _channels(path: Path, count: int) -> NDArray[np.float32]:
     if not all(map_rows(lambda top, bottom: _are_shares(values[top:bottom]), len(values))):
         raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: values outside 0..1; a mask lies within, rescale it")
     return values
+
+
+def _channel(texels: NDArray[np.float32], channel: int) -> NDArray[np.float32]:
+    return by_rows(lambda rows: texels[rows, :, channel], texels.shape[:2], np.float32)
 
 
 def _are_shares(values: NDArray[np.float32]) -> bool:

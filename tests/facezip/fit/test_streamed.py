@@ -1,5 +1,6 @@
 """Surfaces under a limit of memory, and read by other bands: less is resident, and nothing else changes."""
 
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -16,8 +17,9 @@ from facezip.machine import memory
 from facezip.pack.errors import model_errors
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
-from tests.facezip.conftest import peak_of_compress
+from tests.facezip.conftest import peak_of_compress, random_character
 from tests.facezip.surfaces import random_surface, write_floats
+from tests.peaks import peak_of
 
 
 @pytest.fixture(scope="module", params=["8 bits", "16 bits", "floats"])
@@ -107,5 +109,20 @@ def test_a_limit_is_kept_where_a_run_without_it_takes_more(tmp_path):
 
     in_memory, whole = peak_of_compress(tmp_path / "scans", tmp_path / "pack")
     streamed, same = peak_of_compress(tmp_path / "scans", tmp_path / "pack", "--memory", "420M")
+    assert streamed < 420e6 < in_memory
+    assert same["errors"] == whole["errors"]
+
+
+def test_images_of_masks_are_not_held(tmp_path):
+    save_character(random_character(side=64), tmp_path / "scans")
+    (tmp_path / "masks").mkdir()
+    ramp = np.broadcast_to(np.linspace(0, 255, 2500).astype(np.uint8)[:, None, None], (2500, 2500, 1))
+    write_texture(tmp_path / "masks" / "m0.png", np.ascontiguousarray(ramp))
+    for k in range(1, 12):
+        shutil.copy(tmp_path / "masks" / "m0.png", tmp_path / "masks" / f"m{k}.png")
+    call = ("compress", tmp_path / "scans", "-o", tmp_path / "pack", "--overwrite", "--given-masks", tmp_path / "masks")
+
+    in_memory, whole = peak_of(*call)
+    streamed, same = peak_of(*call, "--memory", "420M")
     assert streamed < 420e6 < in_memory
     assert same["errors"] == whole["errors"]
