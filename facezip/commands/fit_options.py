@@ -121,8 +121,9 @@ def check_together(names: set[str], given: Mapping[str, Any]) -> None:
             raise click.UsageError(f"--{name} needs --method {takers}")
     if method not in ("refined", "masks") and given["nonnegative"]:
         raise click.UsageError("--nonnegative needs --method refined or masks")
-    if "memory" in names and method not in STREAMED:
-        raise click.UsageError(f"--memory needs --method {' or '.join(STREAMED)}: the others hold all textures")
+    if "memory" in names and method not in STREAMED and not given["given_masks"]:
+        streamed = " or ".join(STREAMED)
+        raise click.UsageError(f"--memory needs --method {streamed}, or --given-masks: the others hold all textures")
 
 
 def _setting(name: str, metavar: str, help_: str) -> Callable[..., Any]:

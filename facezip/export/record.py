@@ -62,8 +62,8 @@ def settings_in(text: str) -> dict[str, str]:
 def _textures(document: Mapping[str, Any]) -> Iterator[tuple[str, bool]]:
     """The textures' files, relative to the folder, and whether each has mip-maps: an atlas, with columns, has none."""
     for tile, each in document.get("tiles", {"": document}).items():
-        regions = [each["regions"]] if "regions" in each else []
-        for entry in (*each["textures"].values(), *regions):
+        beside = [each[name] for name in ("regions", "masks") if name in each]
+        for entry in (*each["textures"].values(), *beside):
             for file in (entry[key] for key in ("file", "low") if key in entry):
                 yield f"{tile}/{file}" if tile else file, "columns" not in entry
 

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.machine import memory
+from facezip.machine.rows import by_rows, write_rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,17 +74,17 @@ class GivenMasks:
         return allowed
 
     def _on_grid(self, tile: int, size: tuple[int, int]) -> NDArray[np.uint8]:
-        nowhere = np.zeros(size, np.float32)
-        values = np.stack(
-            [
-                resampled(self.images[name, tile], size) if (name, tile) in self.images else nowhere
-                for name in self.names
-            ]
-        )
-        if self.sum_to_one:
-            total = values.sum(axis=0)
-            values = np.divide(values, total, out=values, where=total > 0)
-        return as_bytes(values)
+        values: NDArray[np.float32] = memory.zeros((len(self.names), *size), np.float32)
+        for k, name in enumerate(self.names):
+            if (name, tile) in self.images:
+                write_rows(resampled(self.images[name, tile], size).__getitem__, values[k])
+
+        def stored(rows: slice) -> NDArray[np.uint8]:
+            some = values[:, rows]
+            total = some.sum(axis=0)
+            return as_bytes(np.divide(some, total, out=some.copy(), where=total > 0) if self.sum_to_one else some)
+
+        return by_rows(stored, values.shape, np.uint8, axis=1)
 
 
 def as_bytes(masks: NDArray[np.float32]) -> NDArray[np.uint8]:
@@ -93,6 +95,11 @@ def as_bytes(masks: NDArray[np.float32]) -> NDArray[np.uint8]:
 def resampled(image: NDArray[np.float32], size: tuple[int, int]) -> NDArray[np.float32]:
     """An image ``(H, W)`` at another size ``(h, w)``: means of what a texel covers, or values between texels."""
     (height, width), (h, w) = image.shape, size
-    smaller = height * width > h * w
-    way = Image.Resampling.BOX if smaller else Image.Resampling.BILINEAR
-    return np.array(Image.fromarray(image).resize((w, h), way))
+    way = Image.Resampling.BOX if height * width > h * w else Image.Resampling.BILINEAR
+
+    def resized(some: NDArray[np.float32], to: tuple[int, int]) -> NDArray[np.float32]:
+        return np.array(Image.fromarray(some).resize(to[::-1], way))
+
+    # Rows by themselves, then columns: of the whole the library would make copies.
+    narrow = by_rows(lambda rows: resized(image[rows], (rows.stop - rows.start, w)), (height, w), np.float32)
+    return by_rows(lambda some: resized(narrow[:, some], (h, some.stop - some.start)), size, np.float32, axis=1)

@@ -107,13 +107,23 @@ def _weights(folder: Path, manifest: Manifest, tile: TileEntry) -> StoredWeights
     return StoredWeights(from_atlas(layers, tile.weight_size, count, len(span)), span, offset)
 
 
+def _by_mask(fours: NDArray[np.uint8], count: int) -> NDArray[np.uint8]:
+    """Masks ``(K, h, w)`` of an atlas's places ``(K' / 4, h, w, 4)``."""
+    _, height, width, _ = fours.shape
+
+    def rows_of(rows: slice) -> NDArray[np.uint8]:
+        return fours[:, rows].transpose(0, 3, 1, 2).reshape(-1, rows.stop - rows.start, width)[:count]
+
+    return by_rows(rows_of, (count, height, width), np.uint8, axis=1)
+
+
 def _masked(folder: Path, manifest: Manifest, entry: MasksEntry) -> MaskedWeights:
     count, slots = len(entry.names), len(manifest.tiles[0].weight_span)
     masks = {}
     for tile, file in zip(manifest.tiles, entry.files, strict=True):
         image = _image(folder, file, atlas_shape(tile, entry.fours), "uint8")
         fours = from_atlas([image], tile.weight_size, entry.fours, SLOTS_PER_LAYER)
-        masks[tile.number] = np.ascontiguousarray(fours.transpose(0, 3, 1, 2).reshape(-1, *tile.weight_size)[:count])
+        masks[tile.number] = _by_mask(fours, count)
     stored = np.fromfile(folder / entry.activations, "<f2").astype(np.float16)
     activations = stored.reshape(len(manifest.expressions), count, slots)
     masked = MaskedWeights(entry.names, masks, activations)
