@@ -35,6 +35,8 @@ RULE = Rule(in_turn=True, keeps_z=False)
 MATERIAL, MASKS = "head.material", "head_wrinklemasks"
 MATERIAL_TYPE = "@gemroot:Atom_Feature_Common@/Assets/Materials/Types/Skin.materialtype"
 MATERIAL_VERSION = 4
+# Of a layer's weights, the share up to which they are told apart: what few texels have beyond costs all others range.
+FULL = 0.999
 # Where the material takes other maps.
 INPUTS = {"roughness": "roughness.textureMap", "specular": "specularF0.textureMap"}
 
@@ -96,10 +98,11 @@ def _checked(whole: Layered) -> NDArray[np.float32]:
 def _masks(maps: NDArray[np.float32]) -> NDArray[np.uint8]:
     """RGBA masks ``(N, h, w, 4)``: how strongly each layer is laid on, so that all show in the weights' proportions.
 
-    Sizes are free, since layers are fitted to them: weights are parts of each layer's largest, together at most 1.
+    Sizes are free, since layers are fitted to them: weights are parts of nearly the largest of a layer, together at
+    most 1.
     """
-    most = maps.max(axis=(0, 1, 2))
-    parts = (maps / np.where(most > 0, most, 1)).astype(np.float32)
+    full = [np.quantile(values[values > 0], FULL) if values.any() else 1 for values in np.moveaxis(maps, 3, 0)]
+    parts = (maps / np.array(full)).astype(np.float32)
     parts /= np.maximum(parts.sum(axis=-1, keepdims=True), 1)
     masks = np.zeros((*maps.shape[:3], MOST), np.uint8)
     masks[..., : maps.shape[3]] = np.rint(255 * RULE.strengths(parts))

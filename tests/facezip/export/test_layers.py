@@ -79,9 +79,9 @@ def test_o3des_material_shows_the_packs_expressions_within_8_bits(wrinkles):
     for blend in ({}, *({f"expr_{n}": 1.0} for n in range(COUNT))):
         colour, angle = (gaps(wrinkles, "o3de", map, blend) for map in ("albedo", "normal"))
         assert rmse(colour) <= STEP / 2
-        assert colour.max() <= 3 * STEP
+        assert colour.max() <= 4 * STEP
         assert angle.mean() <= STEP_ANGLE / 2
-        assert angle.max() <= 3 * STEP_ANGLE
+        assert angle.max() <= 4 * STEP_ANGLE
     for blend in BLENDS:
         assert rmse(gaps(wrinkles, "o3de", "albedo", blend)) <= STEP
         assert gaps(wrinkles, "o3de", "normal", blend).mean() <= STEP_ANGLE
