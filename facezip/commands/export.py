@@ -91,6 +91,7 @@ def command(
     DIR/facezip.json names every file and holds the numbers that turn texels into values; docs/engines.md explains it.
     Of several maps all are written, of several UDIM tiles each into a folder of its number.
     For three there is a module, with an example page; for web it is the viewer as one HTML file that opens from disk.
+    For metahuman and o3de there are layers as those engines mix them, of one tile, under masks.
     """
     given: dict[str, Any] = {"textures": textures, "character": character, "maps": maps, "animation": animation}
     given = {name: value for name, value in {**given, "region": region}.items() if value}
