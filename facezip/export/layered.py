@@ -65,13 +65,16 @@ class Layered:
         """The other maps, of which there is the neutral."""
         return [kind for kind in self.model.maps if kind not in self.mixed]
 
-    def fill(self, kind: Map) -> Fill:
-        """The texels of a map that the surface shows."""
-        height, width = self.model.parts[kind.name, self.tile].neutral.shape[:2]
-        chart = np.zeros((height, width), np.bool_)
-        if self.model.meshes:
-            chart = covered(shifted(self.model.meshes.topology, self.tile), (height, width))
-        return Fill(chart if chart.any() else ~chart)
+    def fills(self) -> dict[str, Fill]:
+        """The texels of each map that the surface shows; maps of one size share them."""
+        found: dict[tuple[int, int], Fill] = {}
+        sizes = {kind.name: self.model.parts[kind.name, self.tile].neutral.shape[:2] for kind in self.model.maps}
+        for size in {*sizes.values()}:
+            chart = np.zeros(size, np.bool_)
+            if self.model.meshes:
+                chart = covered(shifted(self.model.meshes.topology, self.tile), size)
+            found[size] = Fill(chart if chart.any() else ~chart)
+        return {name: found[size] for name, size in sizes.items()}
 
 
 def read_layered(pack: Path, engine: str, most: int) -> Layered:
@@ -124,10 +127,16 @@ def write_layers(
     Returns
     -------
     ``textures`` and ``maps`` of a document.
+
+    Raises
+    ------
+    FaceZipError
+        ``UNSAFE_NAME`` where an image of one map would be called as that of another.
     """
-    textures, maps = Document(), Document()
+    _check_names(pack, names)
+    textures, maps, fills = Document(), Document(), pack.fills()
     for kind in pack.mixed:
-        part, fill = pack.model.parts[kind.name, pack.tile], pack.fill(kind)
+        part, fill = pack.model.parts[kind.name, pack.tile], fills[kind.name]
         layers = fitted_layers(kind, part, weights, rule, fill)
         images = [names(kind, number) for number in range(pack.slots + 1)]
         for image, texels in zip(images, (layers.neutral, *layers.pictures), strict=True):
@@ -139,7 +148,7 @@ def write_layers(
         }
     for kind in pack.still:
         part, image = pack.model.parts[kind.name, pack.tile], names(kind, 0)
-        texels = pack.fill(kind)(np.asarray(packed_neutral(part.neutral, kind, 8), np.uint8))
+        texels = fills[kind.name](np.asarray(packed_neutral(part.neutral, kind, 8), np.uint8))
         textures[image] = write_image(folder, f"{image}.png", texels, kind)
         maps[kind.name] = {**_described(kind, texels, image), "layers": []}
     return textures, maps
@@ -158,6 +167,14 @@ def still_words(pack: Layered, engine: str) -> list[str]:
         return []
     names = ", ".join(kind.name for kind in pack.still)
     return [f"{names}: {engine} mixes colours and normals alone; what else changes is left out, and the neutral stays"]
+
+
+def _check_names(pack: Layered, names: Callable[[Map, int], str]) -> None:
+    taken = {names(kind, number) for kind in pack.mixed for number in range(pack.slots + 1)}
+    for kind in pack.still:
+        if names(kind, 0) in taken:
+            reason = f"map '{kind.name}' would be called as a picture of another; compress it under another name"
+            raise FaceZipError(ErrorCode.UNSAFE_NAME, f"{pack.path}: {reason}")
 
 
 def _described(kind: Map, texels: NDArray[np.uint8], image: str) -> Document:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from facezip import FaceZipError
-from facezip.character.maps import KNOWN, angles
+from facezip.character.maps import KNOWN, Map, angles
 from facezip.errors import ErrorCode, ExitCode
 from facezip.export import TARGETS
 from facezip.export.examination import examine_export
@@ -24,7 +24,7 @@ from facezip.pack.masked import MaskedWeights
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import masked, random_model
-from tests.facezip.export.conftest import KINDS, files_of, layered_model, smooth_model
+from tests.facezip.export.conftest import KINDS, files_of, grey, layered_model, smooth_model
 from tests.facezip.export.layers import MetaHuman, O3de, encoded, image, linear
 from tests.facezip.export.wrinkled import COUNT, LAYERS, NAMES, write_wrinkled
 from tests.test_layered_commands import run
@@ -283,6 +283,9 @@ REFUSED = {
     "negative weights": ("o3de", random_model, "compress with --nonnegative"),
     "five layers": ("o3de", lambda: positive(slots=5), "compress with --differences 4"),
     "dots": ("o3de", lambda: replace(positive(), expressions=("a.b", "c", "d")), "'a.b'"),
+    "map of a taken name": (
+        "o3de", lambda: layered_model(positive, (KINDS[0], Map("basecolor", "data"))), "map 'basecolor'"
+    ),
     "no albedo": ("o3de", lambda: layered_model(kinds=KINDS[1:2]), "no albedo"),
 }  # fmt: skip
 
@@ -313,6 +316,15 @@ def test_a_pack_without_meshes_has_no_head(tmp_path):
     export(positive(), tmp_path, "o3de")
     assert not (tmp_path / "out" / "head.glb").exists()
     assert "face_wrinklemasks" in (tmp_path / "out" / "GUIDE.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("make", [lambda: grey(positive()), lambda: positive(weights=(1, 1))], ids=["grey", "uniform"])
+def test_o3de_takes_grey_skin_and_uniform_weights(make, tmp_path):
+    document = export(make(), tmp_path, "o3de")
+    engine = O3de(tmp_path / "out")
+    wanted = read_pack(tmp_path / "me.facezip").reconstruct("expr_1")
+    found = document["maps"]["albedo"]["rmse_per_expression"]["expr_1"]
+    assert rmse(255 * (engine.albedo({"expr_1": 1.0}) - wanted)) == pytest.approx(found, rel=1e-3)
 
 
 @given(arrays(np.float32, (5, 4), elements=st.floats(0, 1, width=32)), st.floats(0.1, 1))
