@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from facezip.character.maps import Map, angles
 from facezip.export.fill import Fill
 from facezip.export.measured import measure_of
-from facezip.export.mixing import Rule, limits, mixed_of, sampled, stored_of
+from facezip.export.mixing import Rule, limits, mixed_of, sampled, stored_of, unmixed
 from facezip.machine import memory
 from facezip.machine.progress import track
-from facezip.machine.rows import BLOCK, by_rows, each_block, map_rows, sum_rows
+from facezip.machine.rows import BLOCK, by_rows, each_block
 from facezip.pack.model import Part, blended_rows
 
 # How much the neutral and its difference count beside an expression whose weight is 1.
@@ -29,6 +29,10 @@ PRIOR = np.float32(1e-3)
 SWEEPS, STILL = 100, np.float32(1e-6)
 # Half a step of 8 bits: what is less is rounding.
 CUT = np.float32(0.5 / 255)
+
+
+# The weight maps ``(h, w, R)`` of one blend, a pack's and an engine's.
+Pair = tuple[NDArray[np.float32], NDArray[np.float32]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,11 +66,11 @@ class Weights:
     pack: NDArray[np.float32]
     engine: NDArray[np.float32]
 
-    def pairs(self) -> Iterator[tuple[NDArray[np.float32], NDArray[np.float32]]]:
+    def pairs(self) -> Iterator[Pair]:
         """Both, of every expression."""
         yield from zip(self.pack, self.engine, strict=True)
 
-    def blends(self) -> Iterator[tuple[NDArray[np.float32], NDArray[np.float32]]]:
+    def blends(self) -> Iterator[Pair]:
         """Both, of neighbouring expressions half and half, which no layer was fitted to."""
         for (one, first), (other, second) in pairwise(self.pairs()):
             yield np.float32(0.5) * (one + other), np.float32(0.5) * (first + second)
@@ -77,7 +81,7 @@ def fitted_layers(kind: Map, part: Part, weights: Weights, rule: Rule, fill: Fil
     height, width, channels = part.neutral.shape
     slots, size = len(part.differences), (height, width)
     neutral = by_rows(
-        lambda rows: stored_of(kind, _unmixed(kind, part.neutral[rows], rule)),
+        lambda rows: stored_of(kind, unmixed(kind, part.neutral[rows])),
         (*size, 3 if kind.is_normal else channels),
         np.uint8,
     )
@@ -86,9 +90,10 @@ def fitted_layers(kind: Map, part: Part, weights: Weights, rule: Rule, fill: Fil
     low, high = limits(kind)
     pictures: NDArray[np.uint8] = memory.empty((slots, *neutral.shape), np.uint8)
 
-    def block(top: int, bottom: int) -> int:
+    def block(top: int, bottom: int) -> tuple[int, int]:
+        """How many values are cut, and how many there are."""
         rows = slice(top, bottom)
-        base = mixed_of(kind, neutral[rows])
+        base, covered = mixed_of(kind, neutral[rows]), fill.covered[rows]
         alone = [np.clip(part.neutral[rows] + part.differences[i, rows], 0, 1) for i in range(slots)]
         layers = np.stack([rule.wanted(kind, texels, base) - base for texels in alone], axis=2)
         matrix = np.broadcast_to(PRIOR * np.eye(slots, dtype=np.float32), (*base.shape[:2], slots, slots)).copy()
@@ -97,15 +102,14 @@ def fitted_layers(kind: Map, part: Part, weights: Weights, rule: Rule, fill: Fil
             some = rule.shares(share(rows))
             matrix += some[..., :, None] * some[..., None, :]
             right += some[..., None] * (rule.wanted(kind, blend(rows), base) - base)[..., None, :]
-        cut = _solve(matrix, right, np.float32(low) - base, np.float32(high) - base, fill.covered[rows], layers)
+        cut = _solve(matrix, right, np.float32(low) - base, np.float32(high) - base, covered, layers)
         for i in range(slots):
             pictures[i, rows] = stored_of(kind, base + layers[:, :, i])
-        return int(cut)
+        return int(cut), int(covered.sum()) * channels * slots
 
-    blocks = track(each_block(block, height), f"Fitting {kind.name}", -(-height // BLOCK))
-    cut, count = sum(blocks), sum(map_rows(lambda top, bottom: int(fill.covered[top:bottom].sum()), height))
-    beyond = cut / (count * channels * slots)
-    return Layers(kind, fill(neutral), tuple(fill(picture) for picture in pictures), beyond)
+    blocks = list(track(each_block(block, height), f"Fitting {kind.name}", -(-height // BLOCK)))
+    cut, count = (sum(numbers) for numbers in zip(*blocks, strict=True))
+    return Layers(kind, fill(neutral), tuple(fill(picture) for picture in pictures), cut / count)
 
 
 def layer_errors(
@@ -116,50 +120,45 @@ def layer_errors(
     RMSE in units of 0..255 of colours, of normals the mean angle in degrees: the mean over expressions, of each, over
     blends of neighbours half and half; and the largest of a texel in an expression.
     """
-    measure = measure_of(layers.kind)
-    found = [_error(layers, part, pair, rule, fill) for pair in track(weights.pairs(), "Measuring", len(expressions))]
-    mixed = [_error(layers, part, pair, rule, fill)[0] for pair in weights.blends()]
+    measure, count = measure_of(layers.kind), len(expressions)
+    means, largest = _errors(layers, part, [*weights.pairs(), *weights.blends()], rule, fill)
     return {
-        measure: float(np.mean([mean for mean, _ in found])),
-        f"{measure}_per_expression": {name: mean for name, (mean, _) in zip(expressions, found, strict=True)},
-        f"{measure}_blends": float(np.mean(mixed)) if mixed else 0.0,
-        f"{measure}_largest": max(largest for _, largest in found),
+        measure: float(means[:count].mean()),
+        f"{measure}_per_expression": dict(zip(expressions, means[:count].tolist(), strict=True)),
+        f"{measure}_blends": float(means[count:].mean()) if len(means) > count else 0.0,
+        f"{measure}_largest": float(largest[:count].max()),
         "beyond": layers.beyond,
     }
 
 
-def _unmixed(kind: Map, texels: NDArray[np.float32], rule: Rule) -> NDArray[np.float32]:
-    """The neutral itself, as an engine mixes it: of normals x and y."""
-    across = Rule(rule.in_turn, keeps_z=False)
-    return across.wanted(kind, texels, np.zeros_like(texels))
-
-
-def _error(
-    layers: Layers,
-    part: Part,
-    pair: tuple[NDArray[np.float32], NDArray[np.float32]],
-    rule: Rule,
-    fill: Fill,
-) -> tuple[float, float]:
-    """The mean, and the largest of a texel."""
-    kind, size = layers.kind, fill.covered.shape
-    ours, theirs = blended_rows(part, pair[0]), sampled(pair[1], (size[0], size[1]))
-    largest: list[float] = []
+def _errors(
+    layers: Layers, part: Part, pairs: Sequence[Pair], rule: Rule, fill: Fill
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Of each pair of weight maps, the mean and the largest of a texel."""
+    kind, size = layers.kind, (fill.covered.shape[0], fill.covered.shape[1])
+    shown = [blended_rows(part, ours) for ours, _ in pairs]
+    shares = [sampled(theirs, size) for _, theirs in pairs]
 
     def block(top: int, bottom: int) -> NDArray[np.float64]:
+        """Sums, counts and maxima ``(3, pairs)``."""
         rows = slice(top, bottom)
-        base = mixed_of(kind, layers.neutral[rows])
-        mixed, shares = base.copy(), rule.shares(theirs(rows))
-        for i, picture in enumerate(layers.pictures):
-            mixed += shares[..., i, None] * (mixed_of(kind, picture[rows]) - base)
-        seen, wanted = rule.shown(kind, mixed, base), kind.decode(ours(rows))
-        gaps = angles(seen, wanted) if kind.is_normal else np.abs(255 * (seen - wanted))
-        found = gaps[fill.covered[rows]]
-        largest.append(float(found.max(initial=0)))
-        return np.array([(found if kind.is_normal else np.square(found)).sum(dtype=np.float64), found.size])
+        base, covered = mixed_of(kind, layers.neutral[rows]), fill.covered[rows]
+        changes = [mixed_of(kind, picture[rows]) - base for picture in layers.pictures]
+        found = np.zeros((3, len(pairs)))
+        for number, (blend, share) in enumerate(zip(shown, shares, strict=True)):
+            mixed, some = base.copy(), rule.shares(share(rows))
+            for i, change in enumerate(changes):
+                mixed += some[..., i, None] * change
+            seen, wanted = rule.shown(kind, mixed, base), kind.decode(blend(rows))
+            gaps = angles(seen, wanted) if kind.is_normal else np.abs(255 * (seen - wanted))
+            inside = gaps[covered]
+            summed = inside if kind.is_normal else np.square(inside)
+            found[:, number] = summed.sum(dtype=np.float64), inside.size, inside.max(initial=0)
+        return found
 
-    total, count = sum_rows(block, size[0])
-    return float(total / count if kind.is_normal else np.sqrt(total / count)), max(largest)
+    blocks = np.array(list(track(each_block(block, size[0]), "Measuring", -(-size[0] // BLOCK))))
+    means = blocks[:, 0].sum(axis=0) / blocks[:, 1].sum(axis=0)
+    return means if kind.is_normal else np.sqrt(means), blocks[:, 2].max(axis=0)
 
 
 @njit(cache=True, nogil=True)

@@ -54,11 +54,11 @@ class Rule:
 
     def wanted(self, kind: Map, texels: NDArray[np.float32], neutral: NDArray[np.float32]) -> NDArray[np.float32]:
         """What mixing has to give to show texels ``(..., C)`` (:class:`Map`) on a mixed ``neutral`` ``(..., C)``."""
-        values = kind.decode(texels)
-        if not kind.is_normal:
-            return decode_srgb(values)
-        across: NDArray[np.float32] = values[..., :2]
-        return across / values[..., 2:] * _z_of(neutral) if self.keeps_z else across
+        if not (kind.is_normal and self.keeps_z):
+            return unmixed(kind, texels)
+        vectors = kind.decode(texels)
+        across: NDArray[np.float32] = vectors[..., :2] / vectors[..., 2:] * _z_of(neutral)
+        return across
 
     def shown(self, kind: Map, mixed: NDArray[np.float32], neutral: NDArray[np.float32]) -> NDArray[np.float32]:
         """What is seen of mixed values: encoded colours ``(..., C)``, unit vectors ``(..., 3)`` of normals, y up."""
@@ -67,6 +67,12 @@ class Rule:
         vectors = np.concatenate([mixed, _z_of(neutral if self.keeps_z else mixed)], axis=-1)
         units: NDArray[np.float32] = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
         return units
+
+
+def unmixed(kind: Map, texels: NDArray[np.float32]) -> NDArray[np.float32]:
+    """What an engine mixes of texels ``(..., C)`` (:class:`Map`): linear light; of normals x and y."""
+    values = kind.decode(texels)
+    return values[..., :2] if kind.is_normal else decode_srgb(values)
 
 
 def mixed_of(kind: Map, stored: NDArray[np.uint8]) -> NDArray[np.float32]:
