@@ -91,6 +91,7 @@ def command(
     DIR/facezip.json names every file and holds the numbers that turn texels into values; docs/engines.md explains it.
     Of several maps all are written, of several UDIM tiles each into a folder of its number.
     For three there is a module, with an example page; for web it is the viewer as one HTML file that opens from disk.
+    For metahuman and o3de there are layers as those engines mix them, of one tile, under masks.
     """
     given: dict[str, Any] = {"textures": textures, "character": character, "maps": maps, "animation": animation}
     given = {name: value for name, value in {**given, "region": region}.items() if value}
@@ -109,13 +110,30 @@ def _lines(document: Mapping[str, Any]) -> list[str]:
     """What was measured, of each map; means over tiles where there are several."""
     lines = [f"{document['output']}: {megabytes(document['bytes'])}"]
     tiles = [*document.get("tiles", {"": document}).values()]
-    for name in tiles[0].get("maps", {}):
-        lines += _map_lines(name, [tile["maps"][name] for tile in tiles])
-    return lines
+    for name, first in tiles[0].get("maps", {}).items():
+        if "layers" in first:
+            lines += _layer_lines(name, first)
+        else:
+            lines += _map_lines(name, [tile["maps"][name] for tile in tiles])
+    return [*lines, *(f"  {note}" for note in document.get("notes", []))]
+
+
+def _layer_lines(name: str, found: Mapping[str, Any]) -> list[str]:
+    """How far layers that an engine mixes are from the pack; nothing of a map that it does not."""
+    if not found["layers"]:
+        return []
+    measure, unit = _measure(found)
+    mean, mixed = found[measure], found[f"{measure}_blends"]
+    words = f"the engine's mixing adds {mean:.2f} {unit} to the expressions ({mixed:.2f} to blends of two)"
+    return [f"  {name}: {words}; {100 * found['beyond']:.2f} % of its layers' values lie beyond 8 bits"]
+
+
+def _measure(found: Mapping[str, Any]) -> tuple[str, str]:
+    return ("angular_error", "degrees") if found["encoding"] == "normal" else ("rmse", "of 255")
 
 
 def _map_lines(name: str, tiles: Sequence[Mapping[str, Any]]) -> list[str]:
-    measure, unit = ("angular_error", "degrees") if tiles[0]["encoding"] == "normal" else ("rmse", "of 255")
+    measure, unit = _measure(tiles[0])
     lines = []
     if "codec" in tiles[0]:
         adds, without = (fmean(tile["codec"][key] for tile in tiles) for key in (measure, f"{measure}_without_fit"))

@@ -71,10 +71,7 @@ class Target:
         with whole_folder(output, overwrite, is_export) as folder:
             tiles = {str(tile.layout.number): self._tile(source, tile, folder, form) for tile in source.tiles}
             self.write_head(source, folder, form)
-            document = with_record(self._whole(source, tiles, folder), folder)
-            _write(document, folder)
-            size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
-        return {**document, "output": str(output), "bytes": size}
+            return put_document(self._whole(source, tiles, folder), folder, output)
 
     def _tile(self, source: Source, tile: Tile, place: Path, form: Format) -> dict[str, Any]:
         folder = source.folder_of(tile, place)
@@ -128,6 +125,14 @@ def describe(tile: Tile) -> dict[str, Any]:
             for n, name in enumerate(tile.expressions)
         },
     }
+
+
+def put_document(document: Mapping[str, Any], folder: Path, output: Path) -> dict[str, Any]:
+    """Write the document of a finished folder, with its record: what an export that becomes ``output`` answers."""
+    whole = with_record(document, folder)
+    _write(whole, folder)
+    size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+    return {**whole, "output": str(output), "bytes": size}
 
 
 def is_export(folder: Path) -> bool:
