@@ -6,13 +6,17 @@ BIN := .venv/bin
 BLENDER ?= 4.5.15
 BLENDER_PYTHON ?= python3.11
 
-.PHONY: demo test engines trust lint viewer lock clean
+.PHONY: demo test docs engines trust lint viewer lock clean
 
 demo: .venv/ready
 	$(BIN)/facezip demo -o out/demo --overwrite
 
 test: .venv/ready
 	$(BIN)/python -m pytest -rs --numprocesses auto --dist loadfile
+
+# The site, out/site/index.html: strictly, so that a dead link or anchor is an error.
+docs: .venv/ready
+	$(BIN)/python -m reports.site
 
 # Exports in Blender, USD and MaterialX, and the verdict of the demo once more in Cycles: tens of minutes.
 engines: .venv/ready .venv-engines/ready
@@ -49,7 +53,7 @@ viewer: .venv/ready
 
 # Pins the dependencies of pyproject.toml for every Python from 3.11 on, with hashes and without addresses.
 lock:
-	uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --fork-strategy fewest \
+	uv pip compile pyproject.toml --extra dev --extra docs --universal --python-version 3.11 --fork-strategy fewest \
 	  --generate-hashes --no-emit-index-url --no-annotate --no-header --output-file requirements.txt
 
 clean:

@@ -6,7 +6,7 @@ if (location.protocol === "file:") {
       this.frame.hidden = true;
       document.body.append(this.frame);
       const inner = this.frame.contentWindow;
-      inner.postMessage = (data) => setTimeout(() => this.onmessage?.({ data }));
+      inner.postMessage = (data) => setTimeout(() => this.onmessage?.({ data: structuredClone(data) }));
       const script = inner.document.createElement("script");
       script.src = source;
       this.loaded = new Promise((done) => script.addEventListener("load", done));
@@ -14,7 +14,7 @@ if (location.protocol === "file:") {
     }
 
     postMessage(data) {
-      this.loaded.then(() => this.frame.contentWindow.onmessage({ data }));
+      this.loaded.then(() => this.frame.contentWindow.onmessage({ data: structuredClone(data) }));
     }
 
     terminate() {

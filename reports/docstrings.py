@@ -1,7 +1,7 @@
 """Docstrings of this project as the API reference of the site reads them: an extension of Griffe (``zensical.toml``).
 
-Here a parameter is ``name : what it is``, and types stand in the signature. NumPy's style would take those words for the
-type. Google's style, into which this turns them, has a place for each.
+Here a parameter is ``name : what it is``, and types stand in the signature. NumPy's style would take those words for
+the type. Google's style, into which this turns them, has a place for each.
 """
 
 import re

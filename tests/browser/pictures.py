@@ -47,7 +47,9 @@ def three(page, demo):
     """The example of ``export --to three``, with an expression."""
     with TemporaryDirectory() as folder:
         TARGETS["three"](demo / "character.facezip", Path(folder) / "face")
-        files = {f"/{path.relative_to(folder)}": path.read_bytes() for path in Path(folder).rglob("*") if path.is_file()}
+        files = {
+            f"/{path.relative_to(folder)}": path.read_bytes() for path in Path(folder).rglob("*") if path.is_file()
+        }
         with serving(files) as address:
             page.goto(f"{address}/face/index.html")
             for name, weight in POSE.items():
