@@ -47,6 +47,7 @@ def gather(pages: Path = PAGES) -> None:
             shutil.copy(source, pages)
     for name, there in BESIDE.items():
         (pages / there).write_text(_page(ROOT / name), encoding="utf-8")
+    shutil.copy(ROOT / "CITATION.cff", pages)
     (pages / "commands.md").write_text(command_line(), encoding="utf-8")
 
 

@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+from urllib.parse import unquote
 
 import pytest
 
@@ -31,10 +32,15 @@ def test_pages_load_nothing_from_a_server(site):
             assert not re.match(r"(\w+:)?//", target), f"{page.name}: {target}"
 
 
-def test_pictures_are_there(site):
-    for page in site.glob("*.html"):
-        for target in re.findall(r"<img\b[^>]*?src=\"([^\":]+)\"", page.read_text(encoding="utf-8")):
-            assert (site / target).is_file(), f"{page.name}: {target}"
+def test_links_and_pictures_lead_to_files_and_places_that_are_there(site):
+    # The page of a server for what is not there links to the server's root.
+    pages = [page for page in site.glob("*.html") if page.name != "404.html"]
+    texts = {page.name: page.read_text(encoding="utf-8") for page in pages}
+    places = {name: set(re.findall(r"\bid=\"([^\"]+)\"", text)) for name, text in texts.items()}
+    for name, text in texts.items():
+        for file, place in re.findall(r"<(?:a|img)\b[^>]*?\b(?:href|src)=\"([^\":#]*)(?:#([^\"]*))?\"", text):
+            assert (site / unquote(file or name)).is_file(), f"{name}: {file}"
+            assert not place or unquote(place) in places[unquote(file or name)], f"{name}: {file}#{place}"
 
 
 def test_search_finds_a_page_from_disk(site, chromium):
