@@ -25,7 +25,8 @@ BESIDE = {
     "THIRD_PARTY.md": "third-party.md",
 }
 LINK = re.compile(r"\]\(([^)#:]+)((?:#[^)]*)?)\)")
-WIDTH = 100
+# Of a code block, in characters.
+WIDTH = 80
 # Zensical has pages load this one script from a server; docs/worker.js does its work.
 SHIM = "https://unpkg.com/iframe-worker/shim"
 
