@@ -20,14 +20,14 @@ GLB = ".glb"
 def load_character(path: str | Path, *, keep_floats: bool = False, maps: tuple[str, ...] | None = None) -> Character:
     """Read a character with all its maps and tiles: a folder, or one ``.glb`` or ``.gltf`` with named morph targets.
 
-    A folder holds ``neutral.obj`` and ``NAME.obj``, and beside each the albedo, ``NAME.png``. Further maps are optional:
+    A folder holds ``neutral.obj`` and ``NAME.obj``, and beside each the albedo, ``NAME.png``. More maps are optional:
     ``NAME.normal.png``, ``NAME.roughness.png``, ``NAME.specular.png``, ``NAME.cavity.png``. UDIM tiles are
     ``NAME.1001.png``, ``NAME.normal.1001.png`` … PNG, TIFF, JPEG and OpenEXR are read. ``mask.png`` limits the face
     region. ``character.toml`` may state other names (docs/maps.md).
 
     Expressions are in the order of their names. Meshes are turned upright, looking at +z, and brought to the neutral's
-    place and size (docs/meshes.md). What was unusual, and what was done about it, is in the character's ``notes``, and in
-    the log ``facezip`` as warnings.
+    place and size (docs/meshes.md). What was unusual, and what was done about it, is in the character's ``notes``, and
+    in the log ``facezip`` as warnings.
 
     Parameters
     ----------
