@@ -146,6 +146,12 @@ def test_every_error_code_has_a_cause_and_a_remedy(code):
     assert set(sections) == set(ErrorCode)
 
 
+def test_pictures_are_small_and_used():
+    for picture in [*(ROOT / "docs").glob("*.webp"), *(ROOT / "docs").glob("*.svg")]:
+        assert picture.stat().st_size < 1.5e6, picture.name
+        assert any(f"{picture.name})" in text for text in PAGES.values()), picture.name
+
+
 def test_the_citation_states_the_version():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert f"\nversion: {project['version']}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
