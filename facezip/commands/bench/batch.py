@@ -46,9 +46,10 @@ INTERVAL = 0.01
 def command(characters: int, resolution: int, expressions: int, workers: int, as_json: bool) -> None:
     """Compress the same embedded heads one by one, with the process pool, and with a local dask cluster.
 
-    Pool and cluster have equally many workers of one thread. Times include the start of their processes. Processor time,
-    unlike wall time, hardly depends on what else the machine does. In a second run of the cluster, one worker is killed
-    once half of the packs are there. Every pack is verified and compared, byte for byte, with that of the serial run.
+    Pool and cluster have equally many workers of one thread. Times include the start of their processes. Processor
+    time, unlike wall time, hardly depends on what else the machine does. In a second run of the cluster, one worker is
+    killed once half of the packs are there. Every pack is verified and compared, byte for byte, with that of the serial
+    run.
     """
     with TemporaryDirectory(prefix="facezip-bench-") as place:
         work = Path(place)

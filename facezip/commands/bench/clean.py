@@ -19,8 +19,8 @@ LIBRARIES = ("facezip", "numpy", "numba", "scipy")
 def command(resolution: int, seed: int, seeds: int, as_json: bool) -> None:
     """Clean the embedded head's scans step by step, and compare with the truth behind them.
 
-    Reports the RMSE of 255 (inside the mask) of the neutral, the scans and packs of them, and the power of the neutral's
-    detail over the truth's: without cleaning, then with one more step of --clean at a time.
+    Reports the RMSE of 255 (inside the mask) of the neutral, the scans and packs of them, and the power of the
+    neutral's detail over the truth's: without cleaning, then with one more step of --clean at a time.
     """
     from reports.cleaning import bench_clean
 

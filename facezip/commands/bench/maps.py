@@ -31,8 +31,8 @@ def command(
 ) -> None:
     """Measure what shared weight maps save and cost, against a fit for each map.
 
-    Reports GPU memory, texture fetches and the errors of each map in the written packs: RMSE of 255 for colours and data,
-    degrees for normals, inside the mask.
+    Reports GPU memory, texture fetches and the errors of each map in the written packs: RMSE of 255 for colours and
+    data, degrees for normals, inside the mask.
     """
     options.check_embedded(character, "resolution", "expressions", "seed", "nuisances")
     scans = load_character(character) if character else _embedded(resolution, expressions, seed, nuisances)

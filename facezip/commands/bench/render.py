@@ -16,8 +16,8 @@ from facezip.commands.bench.poses import make_poses, shot_options, stated
 def command(character: Path | None, packs: int, expressions: int, repeats: int, as_json: bool, **given: Any) -> None:
     """Time the paired renderer against one render for each image.
 
-    Both render the same expressions, views and lights with the original's and every pack's texture, in turn. Kernels are
-    compiled before. Packs are PCA with 1, 2, … differences; what they show does not change the time.
+    Both render the same expressions, views and lights with the original's and every pack's texture, in turn. Kernels
+    are compiled before. Packs are PCA with 1, 2, … differences; what they show does not change the time.
     """
     from render.bench import bench_render
     from render.settings import read_settings

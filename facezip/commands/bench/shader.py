@@ -42,8 +42,8 @@ def _multiple(context: click.Context, option: click.Parameter, value: int) -> in
 def command(resolution: int, counts: tuple[int, ...], device: int | None, repeats: int, as_json: bool) -> None:
     """Measure GPU time: pre-pass and six fetches, against a fetch of every expression's texture.
 
-    It draws with OpenGL without a window (EGL), with the shader of the exports, and reads the GPU's own timer. Without a
-    GPU the processor draws, and the answer says so. It needs moderngl: pip install 'facezip[gpu]'.
+    It draws with OpenGL without a window (EGL), with the shader of the exports, and reads the GPU's own timer. Without
+    a GPU the processor draws, and the answer says so. It needs moderngl: pip install 'facezip[gpu]'.
     """
     document = bench_shader(resolution, counts, repeats, device)
     options.answer(document, as_json, lambda: _lines(document))
