@@ -20,14 +20,14 @@ GLB = ".glb"
 def load_character(path: str | Path, *, keep_floats: bool = False, maps: tuple[str, ...] | None = None) -> Character:
     """Read a character with all its maps and tiles: a folder, or one ``.glb`` or ``.gltf`` with named morph targets.
 
-    Beside ``neutral.obj`` and ``NAME.obj`` lie ``NAME.png`` and, each optional, ``NAME.normal.png``,
-    ``NAME.roughness.png``, ``NAME.specular.png`` and ``NAME.cavity.png``; with UDIM, ``NAME.1001.png``,
-    ``NAME.normal.1001.png`` … Other names are said in ``character.toml`` (docs/maps.md). ``mask.png``, where present,
-    limits the face region. PNG, TIFF, JPEG or OpenEXR. Expressions come in the order of their names. Meshes come
-    upright and looking at +z, expressions at the neutral's place and in its size (docs/meshes.md).
+    A folder holds ``neutral.obj`` and ``NAME.obj``, and beside each the albedo, ``NAME.png``. More maps are optional:
+    ``NAME.normal.png``, ``NAME.roughness.png``, ``NAME.specular.png``, ``NAME.cavity.png``. UDIM tiles are
+    ``NAME.1001.png``, ``NAME.normal.1001.png`` … PNG, TIFF, JPEG and OpenEXR are read. ``mask.png`` limits the face
+    region. ``character.toml`` may state other names (docs/maps.md).
 
-    What files say that is not ordinary, and what was done about it, is in the character's ``notes`` and in the log
-    ``facezip``, as warnings.
+    Expressions are in the order of their names. Meshes are turned upright, looking at +z, and brought to the neutral's
+    place and size (docs/meshes.md). What was unusual, and what was done about it, is in the character's ``notes``, and
+    in the log ``facezip`` as warnings.
 
     Parameters
     ----------

@@ -27,8 +27,8 @@ from facezip.pack.facts import several
     "locks",
     multiple=True,
     metavar="LAYER=FILE",
-    help="Keep a painted layer byte for byte and fit the rest around it: difference_0=wrinkles.png is of the albedo, "
-    "normal.difference_0=… of another map; may be repeated (refined).",
+    help="Keep a painted layer byte for byte, and fit the rest around it: difference_0=wrinkles.png for the albedo, "
+    "normal.difference_0=… for another map. May be repeated (refined).",
 )
 @options.memory
 @options.overwrite
@@ -47,10 +47,9 @@ def command(
 ) -> None:
     """Compress the expression textures of CHARACTER into a pack.
 
-    CHARACTER is a folder with neutral.obj and neutral.png, and NAME.obj and NAME.png per expression (EXR, TIFF and
-    16-bit PNG too), or a .glb or .gltf. A mask.png in it limits the face region and the error. NAME.normal.png,
-    NAME.roughness.png, NAME.specular.png and NAME.cavity.png beside them share the weight maps; NAME.1001.png … are
-    UDIM tiles.
+    CHARACTER is a folder with neutral.obj, neutral.png, and NAME.obj and NAME.png for each expression, or a .glb or
+    .gltf. PNG, TIFF, OpenEXR and JPEG are read. A mask.png limits the face region and the error. NAME.normal.png,
+    NAME.roughness.png, NAME.specular.png and NAME.cavity.png share the weight maps. NAME.1001.png … are UDIM tiles.
     """
     check_together(options.on_line(context), given)
     request = replace(request_of(given), locks=_locks(locks, given))

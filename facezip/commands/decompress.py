@@ -22,7 +22,7 @@ BLEND_FILE = "blend"
 @click.command("decompress")
 @click.argument("pack", type=options.FOLDER)
 @click.option("-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder for the textures.")
-@click.option("--expression", "names", multiple=True, metavar="NAME", help="Only this expression; may be repeated.")
+@click.option("--expression", "names", multiple=True, metavar="NAME", help="Only this expression. May be repeated.")
 @click.option("--blend", metavar="NAME=0.5,NAME=1", help=f"One blend of expressions, as {BLEND_FILE}.png.")
 @options.memory
 @options.overwrite
@@ -36,10 +36,10 @@ def command(
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Write the textures of PACK as PNG at full size: every expression, those named, or one blend (equation 8).
+    """Write the textures of PACK at full size: of every expression, of some, or of one blend (equation 8).
 
-    Of a pack with several maps or tiles, all of them: NAME.png, NAME.normal.png, NAME.1002.png … ; floats that were
-    kept beyond 0..1 as OpenEXR.
+    All maps and tiles are written: NAME.png, NAME.normal.png, NAME.1002.png …. Floats that were kept outside 0..1
+    become OpenEXR.
     """
     with limited(memory, beside(output)):
         textures = _decompress(pack, output, names, blend, overwrite)

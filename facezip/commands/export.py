@@ -38,37 +38,35 @@ def _named_files(context: click.Context, option: click.Parameter, values: tuple[
 
 @click.command("export")
 @click.argument("pack", type=options.FOLDER)
-@click.option("--to", "target", type=click.Choice(list(TARGETS)), required=True, help="What takes it.")
+@click.option("--to", "target", type=click.Choice(list(TARGETS)), required=True, help="Where it goes.")
 @click.option(
     "-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder to write; for web also FILE.html."
 )
 @click.option(
     "--textures",
     type=click.Choice(["png", "dds", "ktx2"]),
-    help="Of neutrals and differences: png (default), or blocks with fitted mip-maps: BC7, for gltf UASTC.",
+    help="How to store neutrals and differences: png (default), or blocks with fitted mip-maps (BC7; UASTC for gltf).",
 )
-@click.option(
-    "--character", type=options.FOLDER, metavar="FOLDER", help="Its originals come along, to compare with (web)."
-)
+@click.option("--character", type=options.FOLDER, metavar="FOLDER", help="Scans to compare with on the page (web).")
 @click.option(
     "--maps",
     type=click.Choice([TOGETHER, APART]),
-    help="Whether maps share textures as far as they fit, with the fewest fetches (default), or have their own, in "
-    "blocks with smaller errors: normals BC5, single numbers BC4.",
+    help="together: maps share textures, for the fewest fetches (default). apart: each has its own, with smaller "
+    "errors in blocks (normals BC5, single numbers BC4).",
 )
 @click.option(
     "--animation",
     type=options.FOLDER,
     metavar="FRAMES.csv",
-    help="Weights by frame: names of expressions in the first row (usd).  [default: every expression in turn]",
+    help="Weights by frame; the first row names expressions (usd).  [default: every expression in turn]",
 )
 @click.option(
     "--region",
     callback=_named_files,
     multiple=True,
     metavar="NAME=FILE",
-    help="A region of the face, white in an image over the texture, that can be turned down after export; give it once "
-    f"for each. Of several tiles, FILE has {UDIM} in the place of a tile's number.",
+    help="A region of the face that can be turned down after export: white in an image over the texture. May be "
+    f"repeated. With several tiles, write {UDIM} for the number of the tile.",
 )
 @options.memory
 @options.overwrite
@@ -86,11 +84,11 @@ def command(
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Write PACK with what an engine needs to show it: textures, mesh, shader, script and a page that explains them.
+    """Export PACK to an engine: textures, mesh, shader, script, and a page that explains them, GUIDE.md.
 
-    DIR/facezip.json names every file and holds the numbers that turn texels into values; docs/engines.md explains it.
-    Of several maps all are written, of several UDIM tiles each into a folder of its number.
-    For three there is a module, with an example page; for web it is the viewer as one HTML file that opens from disk.
+    All maps are written; several UDIM tiles go into folders of their numbers. DIR/facezip.json names every file and
+    holds the numbers that turn texels into values (docs/engines.md). For three, DIR is a module with an example page.
+    For web it is the viewer as one HTML file that opens from disk.
     For metahuman and o3de there are layers as those engines mix them, of one tile, under masks.
     """
     given: dict[str, Any] = {"textures": textures, "character": character, "maps": maps, "animation": animation}

@@ -17,7 +17,7 @@ from facezip.pack.parsing import read_manifest
 def command(pack: Path, as_json: bool) -> None:
     """Show what PACK holds, what it costs in memory and fetches, and how it was made.
 
-    Reads the manifest alone; 'facezip verify' checks every byte.
+    It reads the manifest alone; 'facezip verify' checks every byte.
     """
     facts = {"pack": str(pack), **pack_facts(pack, read_manifest(pack))}
     options.answer(facts, as_json, lambda: _lines(facts))

@@ -15,7 +15,7 @@ from facezip.pack.verification import verify_pack
 @click.argument("pack", type=options.FOLDER)
 @options.as_json
 def command(pack: Path, as_json: bool) -> None:
-    """Check that PACK is complete, unchanged and readable; exit code 3 and one line where it is not."""
+    """Check that PACK is complete, unchanged and readable. If not: one line, and exit code 3."""
     manifest = undisturbed(pack, lambda: _verified(pack))
     document = {"pack": str(pack), "intact": True, "files": len(manifest.files) + 1}
     options.answer(document, as_json, lambda: [f"{pack}: intact, {document['files']} files"])
