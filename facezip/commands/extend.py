@@ -35,7 +35,7 @@ def command(
 
     Only weights are solved. Neutrals, difference textures and the weights of the old expressions keep every byte, so
     that what has been shipped serves on; head.glb gets a morph target for each new expression. CHARACTER has the
-    neutral, mesh and maps that PACK was made from, and two expressions or more; those that PACK has are left as they
+    neutral, mesh and maps that PACK was made from, and one expression or more; those that PACK has are left as they
     are in it.
 
     What textures cannot show that were made without an expression, its weights cannot make up for: what each one loses

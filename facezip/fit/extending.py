@@ -64,7 +64,7 @@ def extend_into(
     before, stored = undisturbed(pack, lambda: _read(pack))
     model = stored.dequantised()
     maps = tuple(kind.name for kind in stored.maps)
-    scans = load_character(character, maps=maps)
+    scans = load_character(character, maps=maps, fewest=1)
     check_same_neutral(scans, stored, model, pack)
     kept, added = _names(pack, stored, scans)
     registration = check_registration(scans, added, character, warn)
