@@ -13,7 +13,7 @@ from facezip.fit.pipeline import Request
 from facezip.fit.settings import USED, Settings
 
 # Methods that hold nothing as large as a texture.
-STREAMED = ("refined", "pca")
+STREAMED = ("refined", "pca", "masks")
 SETTINGS = tuple(field.name for field in fields(Settings))
 GOALS = ("target_rmse", "budget_mb")
 # The options by name, as if nothing stood on the command line.

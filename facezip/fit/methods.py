@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from facezip.character.maps import Key
 from facezip.character.neutrals import as_packed
+from facezip.character.raster import BYTES_OF_NEAREST
 from facezip.character.samples import BESIDE_THE_FACE, Samples, thinned
 from facezip.character.scans import Character, Stack
 from facezip.errors import ErrorCode, FaceZipError
@@ -33,6 +34,7 @@ from facezip.fit.pca import combine_differences, principal_weights
 from facezip.fit.refine import at_most_one, fit_weights
 from facezip.fit.rounding import as_stored, best_differences
 from facezip.fit.settings import PAPER_DIFFERENCES, Settings
+from facezip.machine import memory
 from facezip.pack.masked import MaskedWeights
 from facezip.pack.model import CompressedTextures, Part
 from facezip.pack.quantise import STEPS
@@ -189,6 +191,7 @@ def _masks(task: _Task) -> tuple[tuple[str, ...], dict[int, NDArray[np.uint8]], 
     """Names, masks ``(K, h, w)`` by tile, and the bounds of their activations."""
     character, settings, given = task.character, task.settings, task.given_masks
     first, scale = character.maps[0].name, settings.weight_scale
+    _check_memory(task)
     if given is not None:
         stacks = character.of_map(first).items()
         sizes = {tile: (-(-stack.resolution[0] // scale), -(-stack.resolution[1] // scale)) for tile, stack in stacks}
@@ -198,6 +201,15 @@ def _masks(task: _Task) -> tuple[tuple[str, ...], dict[int, NDArray[np.uint8]], 
     names = tuple(f"mask_{k:0{len(str(settings.masks - 1))}}" for k in range(settings.masks))
     masks = {tile: as_bytes(papers[first, tile].downsampled(scale)) for tile in character.tiles}
     return names, masks, Bounds.of(np.ones((len(names), task.slots), bool), settings.nonnegative)
+
+
+def _check_memory(task: _Task) -> None:
+    """Before any work, for what masks hold whole: a few copies of them as bytes, and their equations."""
+    given = task.given_masks
+    count, scale = len(given.names) if given else task.settings.masks, task.settings.weight_scale
+    texels = max(stack.neutral[..., 0].size for stack in task.character.stacks.values())
+    nearest = 0 if given else BYTES_OF_NEAREST * texels
+    memory.check(0, 4 * count * texels // scale**2 + 3 * 8 * (count * task.slots) ** 2 + nearest)
 
 
 def _as_packed(character: Character, key: Key) -> Stack:
