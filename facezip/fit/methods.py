@@ -8,6 +8,7 @@ masks and principal components; the refined weight maps of a tile are its own. O
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +23,10 @@ from facezip.files.images import to_float
 from facezip.fit.activations import Bounds
 from facezip.fit.given import GivenMasks, as_bytes
 from facezip.fit.importance import Importance, by_key, map_factors, weighted_samples
+from facezip.fit.kept import KeptRegion
 from facezip.fit.locks import Lock, of_maps
 from facezip.fit.masked import fit_activations
+from facezip.fit.painted import Painted, Scale, held_by, ranges_of, scales_of
 from facezip.fit.paper.beam import beam_search
 from facezip.fit.paper.factorise import cluster_shares, difference_textures, weight_maps
 from facezip.fit.paper.fragments import cluster_fragments, masked_gram
@@ -31,7 +34,7 @@ from facezip.fit.paper.masks import compute_masks
 from facezip.fit.paper.paircosts import pair_costs
 from facezip.fit.paper.stitching import Stitching, search, unpermuted
 from facezip.fit.pca import combine_differences, principal_weights
-from facezip.fit.refine import at_most_one, fit_weights
+from facezip.fit.refine import around, at_most_one, fit_around, fit_weights
 from facezip.fit.rounding import as_stored, best_differences
 from facezip.fit.settings import PAPER_DIFFERENCES, Settings
 from facezip.machine import memory
@@ -53,6 +56,8 @@ def compress(
     sparse: int | None = None,
     given_masks: GivenMasks | None = None,
     locks: Sequence[Lock] = (),
+    painted: Sequence[Painted] = (),
+    kept: KeptRegion | None = None,
     importance: Importance | None = None,
     map_weights: Mapping[str, float] | None = None,
 ) -> CompressedTextures:
@@ -66,6 +71,9 @@ def compress(
     differences, weight_scale, masks, restarts, seed, nonnegative, sparse : see :class:`facezip.fit.settings.Settings`.
     given_masks : those of the method ``"masks"``; None for ``masks`` of the paper's.
     locks : difference textures that stay as they are (refined).
+    painted : weight maps that stay as they are (refined, not sparse).
+    kept : a region that stays as it is in an older pack, whose neutral, number of differences, size of weight maps and
+        ranges the fit has (refined, not sparse, nothing locked or painted).
     importance : ``(H, W)`` ≥ 0, of the albedo's size, what a texel's squared error counts besides the mask (refined,
         masks); or one for each map and tile. Maps without one take the albedo's.
     map_weights : how much a map counts, > 0. With 1, the default, the expressions' differences of each map count alike
@@ -84,10 +92,17 @@ def compress(
         raise FaceZipError(ErrorCode.BAD_VALUE, f"given masks: method {method} takes none; use masks")
     if locks and method != "refined":
         raise FaceZipError(ErrorCode.BAD_VALUE, f"locks: method {method} takes none; use refined")
+    if painted and (method != "refined" or sparse is not None):
+        what = f"method {method} takes none; use refined" if sparse is None else "leave sparse out, or the maps"
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"painted weight maps: {what}")
+    if kept and (method != "refined" or sparse is not None or locks or painted):
+        reason = "only --method refined keeps one, and not beside sparse, locks or painted weight maps; leave those out"
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"a region of an older pack: {reason}")
     images = by_key(importance, character)
     factors = map_factors(character, map_weights or {}, {name for name, _ in images})
-    parts, weights = METHODS[method](_Task(character, settings, factors, images, given_masks, tuple(locks)))
-    return CompressedTextures(method, character.expressions, character.maps, parts, weights, character.meshes)
+    fit = METHODS[method](_Task(character, settings, factors, images, given_masks, tuple(locks), tuple(painted), kept))
+    whole = character.expressions, character.maps, fit.parts, fit.weights, character.meshes, fit.weight_ranges
+    return CompressedTextures(method, *whole)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +115,8 @@ class _Task:
     importance: Mapping[Key, NDArray[np.float32]]
     given_masks: GivenMasks | None
     locks: tuple[Lock, ...] = ()
+    painted: tuple[Painted, ...] = ()
+    kept: KeptRegion | None = None
 
     @property
     def slots(self) -> int:
@@ -129,29 +146,34 @@ class _Task:
         return Part(neutral, differences, self.character.neutral_bits[key], ranges)
 
 
-# Neutrals and differences by map and tile, weight maps by tile.
-_Fit = tuple[dict[Key, Part], Mapping[int, NDArray[np.float32]]]
+class _Fit(NamedTuple):
+    """Attributes as of :class:`facezip.pack.model.CompressedTextures`."""
+
+    parts: dict[Key, Part]
+    weights: Mapping[int, NDArray[np.float32]]
+    weight_ranges: Mapping[int, NDArray[np.float32]] = {}
 
 
 def _refined(task: _Task) -> _Fit:
     character, samples = task.character, task.beside_packed
     components = None
-    if len(character.tiles) > 1:
+    if len(character.tiles) > 1 and not task.kept:
         few = [thinned(some, task.settings.weight_scale // 2) for some in samples.values()]
         components = principal_weights(few, task.slots)
     parts: dict[Key, Part] = {}
     weights: dict[int, NDArray[np.float32]] = {}
+    ranges: dict[int, NDArray[np.float32]] = {}
     for tile in character.tiles:
         own = {key: some for key, some in samples.items() if key[1] == tile}
-        weights[tile], fitted = _on_tile(task, own, components)
-        parts |= fitted
-    return parts, weights
+        fit = _around(task.kept, tile, own, character) if task.kept else _on_tile(task, tile, own, components)
+        parts |= fit.parts
+        weights |= fit.weights
+        ranges |= fit.weight_ranges
+    return _Fit(parts, weights, ranges)
 
 
-def _on_tile(
-    task: _Task, samples: Mapping[Key, Samples], components: NDArray[np.float32] | None
-) -> tuple[NDArray[np.float32], dict[Key, Part]]:
-    """The weight maps of a tile and the parts of its maps, around layers that are locked."""
+def _on_tile(task: _Task, tile: int, samples: Mapping[Key, Samples], components: NDArray[np.float32] | None) -> _Fit:
+    """The fit of a tile, around layers that are locked and weight maps that are painted."""
     settings, locks = task.settings, [lock for lock in task.locks if lock.key in samples]
     units = {lock.name: lock.unit(samples[lock.key]) for lock in locks}
     maps = [*samples.values()]
@@ -164,17 +186,33 @@ def _on_tile(
         locked=of_maps(locks, [*samples], units),
         sparse=task.sparse,
     )
+    painted, scales = [one for one in task.painted if one.tile == tile], {}
+    if painted:
+        scales = scales_of(painted, fitted, settings.nonnegative)
+        held = held_by(painted, scales, task.character.expressions, fitted.shape, settings.nonnegative)
+        fitted = fit_around(maps, fitted, held, around(of_maps(locks, [*samples], units)) if locks else ())
     if settings.nonnegative:
-        fitted, largest = at_most_one(fitted)
+        fitted, largest = at_most_one(fitted, {slot: scale.unit for slot, scale in scales.items()})
         units = {lock.name: units[lock.name] * largest[lock.slot] for lock in locks}
-    stored, parts = as_stored(fitted), {}
+        scales = {slot: Scale(np.float32(1), nonnegative=True) for slot in scales}
+    ranges = {tile: ranges_of(scales, task.slots)} if scales else {}
+    stored, parts = as_stored(fitted, ranges.get(tile)), {}
     for key, some, locked in zip(samples, maps, of_maps(locks, [*samples], units), strict=True):
-        differences, ranges = best_differences(some, stored, locked)
+        differences, limits = best_differences(some, stored, locked)
         for lock in locks:
             if lock.key == key:
-                ranges[lock.slot] = units[lock.name] * np.float32(STEPS)
-        parts[key] = replace(task.part(key, differences, ranges), locked=frozenset(locked))
-    return stored, parts
+                limits[lock.slot] = units[lock.name] * np.float32(STEPS)
+        parts[key] = replace(task.part(key, differences, limits), locked=frozenset(locked))
+    return _Fit(parts, {tile: stored}, ranges)
+
+
+def _around(kept: KeptRegion, tile: int, samples: Mapping[Key, Samples], character: Character) -> _Fit:
+    """The fit of a tile around what is kept of an older pack."""
+    held = kept.held(tile, character.expressions)
+    fitted = fit_around([*samples.values()], held.values, held, [kept.textures(key) for key in samples])
+    stored = as_stored(fitted, kept.ranges(tile))
+    parts = {key: kept.part(key, some, stored) for key, some in samples.items()}
+    return _Fit(parts, {tile: stored}, {tile: kept.ranges(tile)})
 
 
 def _masked(task: _Task) -> _Fit:
@@ -184,7 +222,7 @@ def _masked(task: _Task) -> _Fit:
     components = principal_weights([thinned(some, settings.weight_scale // 2) for some in samples.values()], task.slots)
     weights = MaskedWeights(names, masks, fit_activations(tiles, masks, components, bounds))
     parts = {key: task.part(key, *best_differences(some, weights[key[1]])) for key, some in samples.items()}
-    return parts, weights
+    return _Fit(parts, weights)
 
 
 def _masks(task: _Task) -> tuple[tuple[str, ...], dict[int, NDArray[np.uint8]], Bounds]:
@@ -223,7 +261,7 @@ def _pca(task: _Task) -> _Fit:
     components = principal_weights([task.samples(key, stack) for key, stack in stacks.items()], task.slots)
     parts = {key: task.part(key, combine_differences(stack, components.T)) for key, stack in stacks.items()}
     uniform = np.ascontiguousarray(components[:, None, None, :])
-    return parts, dict.fromkeys(task.character.tiles, uniform)
+    return _Fit(parts, dict.fromkeys(task.character.tiles, uniform))
 
 
 def _stitched(task: _Task, choose: Callable[[NDArray[np.float64]], Stitching]) -> _Fit:
@@ -242,7 +280,7 @@ def _stitched(task: _Task, choose: Callable[[NDArray[np.float64]], Stitching]) -
     first = character.maps[0].name
     weights = {tile: weight_maps(masks[first, tile], alpha, settings.weight_scale) for tile in character.tiles}
     parts = {key: task.part(key, difference_textures(character.stacks[key], masks[key], shares)) for key in masks}
-    return parts, weights
+    return _Fit(parts, weights)
 
 
 def _paper(task: _Task) -> _Fit:
