@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import click
+import numpy as np
 
 from facezip.character.folder import file_name, write_map
 from facezip.character.maps import Map
@@ -14,7 +15,7 @@ from facezip.commands import options
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import write_texture
 from facezip.files.writing import whole_folder
-from facezip.fit.painted import weight_images
+from facezip.fit.painted import as_painted
 from facezip.machine.memory import beside, limited
 from facezip.machine.progress import track
 from facezip.names import one_form
@@ -101,11 +102,12 @@ def _weights(pack: Path, output: Path, names: tuple[str, ...], overwrite: bool) 
 
     with whole_folder(output, overwrite, ours) as folder:
         for tile in tiles:
-            for slot, maps in enumerate(weight_images(stored.weight_maps(tile), nonnegative)):
+            weights, number = stored.weight_maps(tile), "" if tiles == (FIRST_TILE,) else f".{tile}"
+            for slot, table in enumerate(as_painted(weights, nonnegative)):
                 for name in chosen:
-                    file = f"{name}{'' if tiles == (FIRST_TILE,) else f'.{tile}'}.difference_{slot}.png"
-                    write_texture(folder / file, maps[stored.expressions.index(name)][..., None])
-                    files.append(file)
+                    texels = weights.texels[stored.expressions.index(name), :, :, slot, None]
+                    files.append(f"{name}{number}.difference_{slot}.png")
+                    write_texture(folder / files[-1], table[texels.astype(np.uint8, copy=False)])
     return files
 
 

@@ -82,25 +82,18 @@ def compress(
     Raises
     ------
     FaceZipError
-        ``BAD_VALUE`` for a setting outside its range, ``UNKNOWN_NAME`` for the weight of a map that there is not,
-        ``TOO_MANY_MASKS``; ``SIZE_MISMATCH`` or ``BAD_TEXELS`` for an importance that does not fit; and what
+        ``BAD_VALUE`` for a setting outside its range, or what its method cannot do, ``UNKNOWN_NAME`` for the weight of
+        a map that there is not, or painted weight maps of an expression or a tile, ``TOO_MANY_MASKS``;
+        ``SIZE_MISMATCH`` or ``BAD_TEXELS`` for an importance that does not fit; and what
         :class:`facezip.fit.given.GivenMasks` raises.
     """
     settings = Settings(differences, weight_scale, masks, restarts, seed, nonnegative, sparse)
     settings.check(method)
-    if given_masks is not None and method != "masks":
-        raise FaceZipError(ErrorCode.BAD_VALUE, f"given masks: method {method} takes none; use masks")
-    if locks and method != "refined":
-        raise FaceZipError(ErrorCode.BAD_VALUE, f"locks: method {method} takes none; use refined")
-    if painted and (method != "refined" or sparse is not None):
-        what = f"method {method} takes none; use refined" if sparse is None else "leave sparse out, or the maps"
-        raise FaceZipError(ErrorCode.BAD_VALUE, f"painted weight maps: {what}")
-    if kept and (method != "refined" or sparse is not None or locks or painted):
-        reason = "only --method refined keeps one, and not beside sparse, locks or painted weight maps; leave those out"
-        raise FaceZipError(ErrorCode.BAD_VALUE, f"a region of an older pack: {reason}")
     images = by_key(importance, character)
     factors = map_factors(character, map_weights or {}, {name for name, _ in images})
-    fit = METHODS[method](_Task(character, settings, factors, images, given_masks, tuple(locks), tuple(painted), kept))
+    task = _Task(character, settings, factors, images, given_masks, tuple(locks), tuple(painted), kept)
+    task.check(method)
+    fit = METHODS[method](task)
     whole = character.expressions, character.maps, fit.parts, fit.weights, character.meshes, fit.weight_ranges
     return CompressedTextures(method, *whole)
 
@@ -117,6 +110,25 @@ class _Task:
     locks: tuple[Lock, ...] = ()
     painted: tuple[Painted, ...] = ()
     kept: KeptRegion | None = None
+
+    def check(self, method: str) -> None:
+        """Raise for what is asked of a method that cannot do it, or of an expression or a tile that there is not."""
+        sparse = self.settings.sparse is not None
+        refusals = {
+            f"given masks: method {method} takes none; use masks": self.given_masks and method != "masks",
+            f"locks: method {method} takes none; use refined": self.locks and method != "refined",
+            f"painted weight maps: method {method} takes none; use refined": self.painted and method != "refined",
+            "painted weight maps: they say which layers an expression uses; leave sparse out": self.painted and sparse,
+            f"a region to keep: method {method} keeps none; use refined": self.kept and method != "refined",
+            "a region to keep: all layers and weights stay in it; leave sparse, locks and painted weight maps out": (
+                self.kept and (sparse or self.locks or self.painted)
+            ),
+        }
+        for reason in (reason for reason, holds in refusals.items() if holds):
+            raise FaceZipError(ErrorCode.BAD_VALUE, reason)
+        for one in self.painted:
+            self.character.index(one.expression)
+            self.character.tile(one.tile)
 
     @property
     def slots(self) -> int:

@@ -6,10 +6,10 @@ All weights of a slot on a tile share a range in a pack. Where one of its maps i
     W = (b - 128) / 127 · u            where weights are not negative:  W = b / 255 · u
 
 The unit is free, since textures are fitted to it. It is the least that holds the weights of a fit without painted maps,
-which is the start; so the same fit's own maps (:func:`weight_images`), given back, change nothing but their rounding.
+which is the start; so the same fit's own maps (:func:`as_painted`), given back, change nothing but their rounding.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -117,8 +117,11 @@ def ranges_of(scales: Mapping[int, Scale], slots: int) -> NDArray[np.float32]:
     return ranges
 
 
-def weight_images(stored: StoredWeights, nonnegative: bool) -> Iterator[NDArray[np.uint8]]:
-    """The weight maps of a tile of a pack as they may be painted and given back: ``(N, h, w)`` uint8 of each slot."""
-    for slot, (offset, span) in enumerate(zip(stored.offset, stored.span, strict=True)):
+def as_painted(stored: StoredWeights, nonnegative: bool) -> NDArray[np.uint8]:
+    """What the bytes of a tile's weight maps in a pack are as those of painted ones: a table ``(R, 256)``."""
+    bytes_ = np.arange(256, dtype=np.float32)
+    tables = []
+    for offset, span in zip(stored.offset, stored.span, strict=True):
         scale = Scale.of(float(offset), float(offset + span), nonnegative)
-        yield scale.texels(stored.values[..., slot])
+        tables.append(scale.texels(bytes_ * (span / np.float32(255)) + offset))
+    return np.stack(tables)

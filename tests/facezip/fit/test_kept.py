@@ -8,10 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facezip import load_character, save_character
+from facezip import compress, load_character, save_character
 from facezip.errors import ExitCode
 from facezip.files.images import write_texture
+from facezip.fit.extension import beside_neutral_of
 from facezip.fit.kept import KeptRegion
+from facezip.fit.kept_files import Keeping, read_kept
+from facezip.machine import memory
 from facezip.pack.errors import albedo_errors, mean_rmse
 from facezip.pack.parsing import read_manifest
 from facezip.pack.quantise import quantise
@@ -139,6 +142,24 @@ def test_a_region_of_everything_is_the_older_pack(tmp_path):
     assert document["kept"]["rmse_inside"] == pytest.approx(document["rmse"])
     # Its weights are in 0..1 still, and other commands are told so.
     assert new.made_with["nonnegative"] is True
+
+
+def test_a_streamed_fit_has_the_bytes_of_one_made_in_memory(folder, tmp_path):
+    scans = load_character(folder / "second")
+    keeping = Keeping(folder / "old.facezip", {"spot.1002": folder / "mask.png"}, ("spot",))
+
+    def fitted():
+        kept = read_kept(keeping, scans, 3, 8)
+        return quantise(compress(beside_neutral_of(kept.stored, scans), differences=3, kept=kept))
+
+    here = fitted()
+    with pytest.MonkeyPatch.context() as patch, memory.limited(1, tmp_path):
+        patch.setattr(memory, "LEAST", -(10**9))
+        streamed = fitted()
+    for tile in (1001, 1002):
+        np.testing.assert_array_equal(streamed.weight_maps(tile).texels, here.weight_maps(tile).texels)
+    for key, part in here.parts.items():
+        np.testing.assert_array_equal(streamed.parts[key].differences, part.differences)
 
 
 def test_regions_add_up_and_soft_masks_of_any_size_end_at_one_half(tmp_path):

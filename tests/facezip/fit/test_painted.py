@@ -15,6 +15,7 @@ from facezip.files.images import write_texture
 from facezip.fit.locks import Lock
 from facezip.fit.painted import Painted, Scale
 from facezip.fit.painted_files import read_painted
+from facezip.machine import memory
 from facezip.pack.errors import albedo_errors, mean_rmse
 from facezip.pack.parsing import read_manifest
 from facezip.pack.quantise import quantise
@@ -154,6 +155,33 @@ def test_on_tiles_and_beside_a_locked_layer(tmp_path):
     assert run("decompress", pack, "-o", tmp_path / "maps", "--weights").returncode == 0
     there = np.array(Image.open(tmp_path / "maps" / "expr_2.1001.difference_1.png"))
     np.testing.assert_array_equal(there, texels[..., 0])
+
+
+@pytest.mark.parametrize("nonnegative", [False, True])
+def test_a_streamed_fit_has_the_bytes_of_one_made_in_memory(tmp_path, nonnegative):
+    def fitted():
+        return quantise(compress(SCANS, differences=3, nonnegative=nonnegative, painted=[as_painted(painted())]))
+
+    here = fitted()
+    with memory.limited(1, tmp_path):
+        streamed = fitted()
+    np.testing.assert_array_equal(streamed.weight_maps(1001).texels, here.weight_maps(1001).texels)
+    parts = (model.parts[ALBEDO_KEY].differences for model in (streamed, here))
+    np.testing.assert_array_equal(*parts)
+
+
+@pytest.mark.parametrize(("expression", "tile", "named"), [("nobody", 1001, "nobody"), (LAST, 1003, "1003")])
+def test_maps_of_what_there_is_not_are_refused(expression, tile, named):
+    with pytest.raises(FaceZipError, match=f"'{named}'") as caught:
+        compress(SCANS, painted=[as_painted(painted(channels=4), expression, tile)])
+    assert caught.value.code is ErrorCode.UNKNOWN_NAME
+
+
+@pytest.mark.parametrize(("method", "sparse"), [("pca", None), ("masks", None), ("paper", None), ("refined", 2)])
+def test_fits_that_cannot_take_them_refuse(method, sparse):
+    with pytest.raises(FaceZipError, match="painted weight maps: ") as caught:
+        compress(SCANS, method, sparse=sparse, painted=[as_painted(painted(channels=4))])
+    assert caught.value.code is ErrorCode.BAD_VALUE
 
 
 def test_a_layer_and_weights_that_are_locked_both_stay():
