@@ -2,9 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 
+from facezip.character.samples import samples_of
 from facezip.fit.held import Held
 from facezip.fit.nonnegative import solve_bounded
+from facezip.fit.sweep import solve_textures, weight_system
+from tests.facezip.fit.test_sweep import pixels, random_weights, upsampling
 from tests.facezip.fit.test_weights import flat, random_system
 
 
@@ -26,6 +30,23 @@ def test_the_others_solve_what_is_left_of_the_dense_system(seed):
         rest = right[~stays] - dense[np.ix_(~stays, stays)] @ known
         expected = np.linalg.solve(dense[np.ix_(~stays, ~stays)], rest)
         np.testing.assert_allclose(flat(found)[~stays, n], expected, atol=1e-4)
+
+
+def test_around_a_painted_map_weights_are_those_of_bounded_least_squares_on_all_texels(character):
+    """Against SciPy's on the pixels themselves, under the model's own sampler."""
+    samples, start = samples_of(character.first), random_weights(4, 2, 5)
+    textures = solve_textures(samples, start).reshape(2, -1, 3)
+    design = np.einsum("ipc,pa->pcai", textures, upsampling(32, 4)).reshape(-1, 32)
+    held = np.zeros(start.shape, bool)
+    held[:, 1, 3] = True
+    bounds = np.full((2, 5), 0.4, np.float32)
+    found, _ = solve_bounded(weight_system(samples, start), start, -bounds, bounds, sweeps=400, held=held)
+    np.testing.assert_array_equal(found[:, 1, 3], start[:, 1, 3])
+    painted = start[:, 1, 3].reshape(16)
+    target = pixels(character).reshape(5, -1)[3] - design[:, 1::2] @ painted
+    expected = lsq_linear(design[:, ::2], target, (-0.4, 0.4), tol=1e-12).x
+    np.testing.assert_allclose(found[:, 0, 3].reshape(16), expected, atol=5e-3)
+    assert (np.abs(expected) > 0.399).any()
 
 
 def test_nothing_held_is_as_if_nobody_had_asked():
