@@ -132,7 +132,9 @@ def _check_kept(request: Request) -> None:
         if request.settings.sparse is not None and flag != "--lock":
             raise click.UsageError(f"--sparse chooses anew which layers an expression uses: leave it or {flag} out")
     if request.keeping and (request.locks or request.painted):
-        raise click.UsageError("--keep-region keeps all layers and weights in a region: leave --lock out beside it")
+        raise click.UsageError(
+            "--keep-region keeps all layers and weights in a region: leave --lock and --lock-weights out"
+        )
     if request.keeping and request.settings.nonnegative:
         raise click.UsageError("--keep-region keeps the range of weights that the pack has: leave --nonnegative out")
 

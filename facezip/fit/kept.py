@@ -95,11 +95,8 @@ class KeptRegion:
     def _textures(
         self, key: Key, samples: Samples, weights: NDArray[np.float32], steps: NDArray[np.float32] | None
     ) -> NDArray[np.float32]:
-        found, inside, old = (
-            solve_textures(samples, weights, steps),
-            self.inside[key],
-            self.model.parts[key].differences,
-        )
+        found = solve_textures(samples, weights, steps)
+        inside, old = self.inside[key], self.model.parts[key].differences
 
         def mixed(rows: slice) -> NDArray[np.float32]:
             return np.where(inside[rows, :, None], old[:, rows], found[:, rows])

@@ -233,7 +233,7 @@ def test_what_does_not_belong_to_the_pack_is_refused(folder, tmp_path, change, w
         (("KEEP", "--method", "masks"), ExitCode.USAGE, "--keep-region needs --method refined"),
         (("KEEP", "--nonnegative"), ExitCode.USAGE, "leave --nonnegative out"),
         (("KEEP", "--target-rmse", 2), ExitCode.USAGE, "leave --keep-region out"),
-        (("KEEP", "--lock", "1001.difference_0=MASK"), ExitCode.USAGE, "leave --lock out"),
+        (("KEEP", "--lock", "1001.difference_0=MASK"), ExitCode.USAGE, "leave --lock and"),
         (("KEEP", "--differences", 2), ExitCode.BAD_INPUT, "give --differences 3"),
         (("KEEP", "--weight-scale", 16), ExitCode.BAD_INPUT, "give --weight-scale 8"),
         (("--region", "a=MASK", "--keep-region", "a", "--from", "OLD"), ExitCode.BAD_INPUT, "too, as a.1001"),

@@ -80,6 +80,7 @@ def test_a_limit_is_kept_where_a_run_without_it_takes_more(tmp_path):
     assert same["rmse"] == whole["rmse"]
 
 
+# What a limit saves shows in textures of some size: a fit of them takes its time, in a process of its own.
 @pytest.mark.parametrize("given", [False, True], ids=["the paper's masks", "given masks"])
 def test_fits_of_masks_keep_a_limit_where_a_run_without_it_takes_more(tmp_path, given):
     small = random_character(expressions=8).first
