@@ -32,7 +32,7 @@ def command(
     """Add the expressions of CHARACTER that PACK lacks, under the difference textures that it has.
 
     Only weights are fitted. Neutrals, difference textures and old weights keep every byte. head.glb gets a morph target
-    for each new expression. CHARACTER has the neutral, mesh and maps that PACK was made from, and two expressions or
+    for each new expression. CHARACTER has the neutral, mesh and maps that PACK was made from, and one expression or
     more. Expressions that PACK has already stay as they are.
 
     Textures made without an expression may not be able to show it. The command says what each new expression loses

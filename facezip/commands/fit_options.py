@@ -13,7 +13,7 @@ from facezip.fit.pipeline import Request
 from facezip.fit.settings import USED, Settings
 
 # Methods that hold nothing as large as a texture.
-STREAMED = ("refined", "pca")
+STREAMED = ("refined", "pca", "masks")
 SETTINGS = tuple(field.name for field in fields(Settings))
 GOALS = ("target_rmse", "budget_mb")
 # The options by name, as if nothing stood on the command line.
@@ -121,9 +121,8 @@ def check_together(names: set[str], given: Mapping[str, Any]) -> None:
             raise click.UsageError(f"--{name} needs --method {takers}")
     if method not in ("refined", "masks") and given["nonnegative"]:
         raise click.UsageError("--nonnegative needs --method refined or masks")
-    if "memory" in names and method not in STREAMED and not given["given_masks"]:
-        streamed = " or ".join(STREAMED)
-        raise click.UsageError(f"--memory needs --method {streamed}, or --given-masks: the others hold all textures")
+    if "memory" in names and method not in STREAMED:
+        raise click.UsageError(f"--memory needs --method {' or '.join(STREAMED)}: the others hold all textures")
 
 
 def _setting(name: str, metavar: str, help_: str) -> Callable[..., Any]:

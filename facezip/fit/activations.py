@@ -11,6 +11,7 @@ coordinate descent (Wright, Coordinate Descent Algorithms, 2015), from what the 
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +19,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from facezip.fit.weights import WeightSystem
-from facezip.machine.rows import BLOCK, map_rows
+from facezip.machine import memory
+from facezip.machine.rows import BLOCK, by_rows, map_rows
 from facezip.pack.masked import STEP
 
 # Warm started: more would solve exactly what the next alternation changes again.
@@ -72,7 +74,7 @@ class Bounds:
 
 
 class _Active(NamedTuple):
-    """The masks of some rows by texel: texel q = y·w + x has ``which[first[q]:first[q + 1]]``, with ``value`` > 0."""
+    """The masks of a tile by texel: texel q = y·w + x has ``which[first[q]:first[q + 1]]``, with ``value`` > 0."""
 
     first: NDArray[np.int64]
     which: NDArray[np.int64]
@@ -99,82 +101,68 @@ def solve_activations(
 def project(system: WeightSystem, masks: NDArray[np.uint8]) -> ActivationSystem:
     """The equations of the activations of masks ``(K, h, w)``, from those of the weight maps of a tile."""
     height, slots, count, _ = system.right.shape
+    values = by_rows(lambda rows: STEP * masks[:, rows].astype(np.float32), masks.shape, np.float32, axis=1)
     matrix, right = np.zeros((len(masks), slots, len(masks), slots)), np.zeros((len(masks), slots, count))
-    # Of all masks the same rows, so that few of the system are looked at at a time.
+    active = _active(values)
     for top in range(0, height, BLOCK):
-        _project_rows(top, min(top + BLOCK, height), system, masks, matrix, right)
+        rows = top, min(top + BLOCK, height)
+        project = partial(_project, rows=rows, masks=values, active=active, projected=matrix, products=right)
+        map_rows(partial(project, matrix=system.matrix, right=system.right), len(masks))
     unknowns = len(masks) * slots
     flat = matrix.reshape(unknowns, unknowns)
     return ActivationSystem((flat + flat.T) / 2, np.ascontiguousarray(right.reshape(unknowns, count).T))
 
 
-def _project_rows(
-    top: int,
-    bottom: int,
-    system: WeightSystem,
-    masks: NDArray[np.uint8],
-    matrix: NDArray[np.float64],
-    right: NDArray[np.float64],
-) -> None:
-    """Add the part of some rows to Mᵀ A M and Mᵀ b."""
-    # Texels are coupled to those of the next row, on either side.
-    begin = max(top - 1, 0)
-    values = STEP * masks[:, begin : bottom + 1].astype(np.float32)
-    active = _active(values[:, top - begin : bottom - begin])
-    map_rows(
-        lambda first, end: _project(first, end, top, bottom, *system, values, begin, active, matrix, right), len(masks)
-    )
-
-
 def _active(masks: NDArray[np.float32]) -> _Active:
-    by_texel = masks.reshape(len(masks), -1).T
-    texel, which = np.nonzero(by_texel)
-    first = np.searchsorted(texel, np.arange(len(by_texel) + 1))
-    return _Active(first, which, by_texel[texel, which])
+    _, height, width = masks.shape
+    counts = by_rows(lambda rows: np.count_nonzero(masks[:, rows], axis=0), (height, width), np.int64)
+    first = np.concatenate([[0], np.cumsum(counts)])
+    which: NDArray[np.int64] = memory.empty((first[-1],), np.int64)
+    value: NDArray[np.float32] = memory.empty((first[-1],), np.float32)
+
+    def fill(top: int, bottom: int) -> None:
+        by_texel = masks[:, top:bottom].reshape(len(masks), -1).T
+        texel, mask = np.nonzero(by_texel)
+        some = slice(first[top * width], first[bottom * width])
+        which[some], value[some] = mask, by_texel[texel, mask]
+
+    map_rows(fill, height)
+    return _Active(first, which, value)
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
 def _project(
-    first: int,
+    begin: int,
     end: int,
-    top: int,
-    bottom: int,
+    rows: tuple[int, int],
     matrix: NDArray[np.float32],
     right: NDArray[np.float32],
     masks: NDArray[np.float32],
-    begin: int,
     active: _Active,
     projected: NDArray[np.float64],
     products: NDArray[np.float64],
 ) -> None:
-    """Rows of Mᵀ A M and of Mᵀ b, those of masks ``first`` to ``end``; ``masks`` are there from row ``begin`` on."""
+    """Add texels of some rows to Mᵀ A M and to Mᵀ b, of masks ``begin`` to ``end``."""
     _, slots, count, w = right.shape
     coupled = np.empty((slots, slots))
-    for k in range(first, end):
-        for y in range(top, bottom):
+    for k in range(begin, end):
+        for y in range(rows[0], rows[1]):
             for x in range(w):
-                if _couple(k, y, x, matrix, masks, begin, coupled):
-                    texel = (y - top) * w + x
-                    for e in range(active.first[texel], active.first[texel + 1]):
+                if _couple(k, y, x, matrix, masks, coupled):
+                    for e in range(active.first[y * w + x], active.first[y * w + x + 1]):
                         other, value = active.which[e], active.value[e]
                         for i in range(slots):
                             for j in range(slots):
                                 projected[k, i, other, j] += value * coupled[i, j]
-                if masks[k, y - begin, x] > 0:
+                if masks[k, y, x] > 0:
                     for i in range(slots):
                         for n in range(count):
-                            products[k, i, n] += masks[k, y - begin, x] * right[y, i, n, x]
+                            products[k, i, n] += masks[k, y, x] * right[y, i, n, x]
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
 def _couple(
-    k: int,
-    y: int,
-    x: int,
-    matrix: NDArray[np.float32],
-    masks: NDArray[np.float32],
-    begin: int,
-    out: NDArray[np.float64],
+    k: int, y: int, x: int, matrix: NDArray[np.float32], masks: NDArray[np.float32], out: NDArray[np.float64]
 ) -> bool:
     """How mask k is coupled to a texel, ``(R, R)``; whether it is at all."""
     h, slots, _, _, w = matrix.shape
@@ -182,7 +170,7 @@ def _couple(
     found = False
     for near in range(max(y - 1, 0), min(y + 2, h)):
         for beside in range(max(x - 1, 0), min(x + 2, w)):
-            value = masks[k, near - begin, beside]
+            value = masks[k, near, beside]
             if value > 0:
                 found = True
                 cell = 3 * (y - near + 1) + x - beside + 1

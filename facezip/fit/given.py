@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +10,7 @@ from PIL import Image
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.machine import memory
-from facezip.machine.rows import by_rows, write_rows
+from facezip.machine.rows import by_rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,29 +78,41 @@ class GivenMasks:
         values: NDArray[np.float32] = memory.zeros((len(self.names), *size), np.float32)
         for k, name in enumerate(self.names):
             if (name, tile) in self.images:
-                write_rows(resampled(self.images[name, tile], size).__getitem__, values[k])
-
-        def stored(rows: slice) -> NDArray[np.uint8]:
-            some = values[:, rows]
-            total = some.sum(axis=0)
-            return as_bytes(np.divide(some, total, out=some.copy(), where=total > 0) if self.sum_to_one else some)
-
-        return by_rows(stored, values.shape, np.uint8, axis=1)
+                values[k] = resampled(self.images[name, tile], size)
+                memory.ease()
+        return as_bytes(
+            by_rows(lambda rows: _shares(values[:, rows]), values.shape, np.float32, axis=1)
+            if self.sum_to_one
+            else values
+        )
 
 
 def as_bytes(masks: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Masks in [0, 1] as a pack stores them."""
-    return np.rint(np.clip(masks, 0, 1) * np.float32(255)).astype(np.uint8)
+    """Masks ``(K, h, w)`` in [0, 1] as a pack stores them."""
+
+    def rounded(rows: slice) -> NDArray[np.uint8]:
+        return np.rint(np.clip(masks[:, rows], 0, 1) * np.float32(255)).astype(np.uint8)
+
+    return by_rows(rounded, masks.shape, np.uint8, axis=1)
+
+
+def _shares(masks: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Masks ``(K, h, w)`` divided by their sum, where that is not 0."""
+    total = masks.sum(axis=0)
+    return np.divide(masks, total, out=masks.copy(), where=total > 0)
 
 
 def resampled(image: NDArray[np.float32], size: tuple[int, int]) -> NDArray[np.float32]:
     """An image ``(H, W)`` at another size ``(h, w)``: means of what a texel covers, or values between texels."""
     (height, width), (h, w) = image.shape, size
-    way = Image.Resampling.BOX if height * width > h * w else Image.Resampling.BILINEAR
+    if height * width <= h * w:
+        return np.array(Image.fromarray(image).resize((w, h), Image.Resampling.BILINEAR))
 
-    def resized(some: NDArray[np.float32], to: tuple[int, int]) -> NDArray[np.float32]:
-        return np.array(Image.fromarray(some).resize(to[::-1], way))
+    def means(rows: slice) -> NDArray[np.float32]:
+        above, below = rows.start * height / h, rows.stop * height / h
+        first, end = int(above), min(ceil(below), height)
+        band = Image.fromarray(np.ascontiguousarray(image[first:end]))
+        box = (0, above - first, width, min(below, height) - first)
+        return np.array(band.resize((w, rows.stop - rows.start), Image.Resampling.BOX, box))
 
-    # Rows by themselves, then columns: of the whole the library would make copies.
-    narrow = by_rows(lambda rows: resized(image[rows], (rows.stop - rows.start, w)), (height, w), np.float32)
-    return by_rows(lambda some: resized(narrow[:, some], (h, some.stop - some.start)), size, np.float32, axis=1)
+    return by_rows(means, size, np.float32)

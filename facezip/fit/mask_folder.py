@@ -3,6 +3,7 @@
 import re
 import tomllib
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -102,7 +103,7 @@ def _masks_of(path: Path, channels: dict[str, list[str]]) -> Iterator[tuple[tupl
     texels = _channels(path, len(channels[name]))
     for channel, each in enumerate(channels[name]):
         if each:
-            yield (each, tile), _channel(texels, channel)
+            yield (each, tile), by_rows(partial(_channel, texels, channel), texels.shape[:2], np.float32)
 
 
 def _one_mask(path: Path) -> NDArray[np.float32]:
@@ -130,17 +131,17 @@ def _channels(path: Path, count: int) -> NDArray[np.float32]:
         raise FaceZipError(ErrorCode.BAD_VALUE, f"{path}: {reason}")
     whole = np.float32(1 if facts.is_float else np.iinfo(texels.dtype).max)
     values = by_rows(lambda rows: texels[rows].astype(np.float32) / whole, texels.shape, np.float32)
-    if not all(map_rows(lambda top, bottom: _are_shares(values[top:bottom]), len(values))):
+    if not all(map_rows(lambda top, bottom: _are_of_a_mask(values[top:bottom]), len(values))):
         raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: values outside 0..1; a mask lies within, rescale it")
     return values
 
 
-def _channel(texels: NDArray[np.float32], channel: int) -> NDArray[np.float32]:
-    return by_rows(lambda rows: texels[rows, :, channel], texels.shape[:2], np.float32)
-
-
-def _are_shares(values: NDArray[np.float32]) -> bool:
+def _are_of_a_mask(values: NDArray[np.float32]) -> bool:
     return bool(np.isfinite(values).all() and values.min() >= 0 and values.max() <= 1)
+
+
+def _channel(texels: NDArray[np.float32], channel: int, rows: slice) -> NDArray[np.float32]:
+    return texels[rows, :, channel]
 
 
 def _check_names(folder: Path, names: tuple[str, ...], said: dict[str, Any]) -> None:

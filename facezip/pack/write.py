@@ -104,7 +104,7 @@ def _write_tile(model: CompressedTextures, tile: int, folder: Path) -> TileEntry
     weights = (
         _masks(model.masked, tile, images)
         if model.masked
-        else weights_entry(quantise_weights(model.weights[tile]), tile, images)
+        else weights_entry(quantise_weights(model.weights[tile], model.weight_ranges.get(tile)), tile, images)
     )
     with ThreadPoolExecutor(cores()) as pool:
         list(pool.map(lambda file: write_texture(folder / file, images[file]), images))

@@ -1,6 +1,5 @@
 """Surfaces under a limit of memory, and read by other bands: less is resident, and nothing else changes."""
 
-import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -10,16 +9,13 @@ from facezip.character.loading import load_character, save_character
 from facezip.character.maps import Map
 from facezip.character.scans import Stack
 from facezip.files import decoding
-from facezip.files.images import write_texture
-from facezip.fit.mask_folder import read_masks
 from facezip.fit.methods import compress
 from facezip.machine import memory
 from facezip.pack.errors import model_errors
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
-from tests.facezip.conftest import peak_of_compress, random_character
+from tests.facezip.conftest import peak_of_compress
 from tests.facezip.surfaces import random_surface, write_floats
-from tests.peaks import peak_of
 
 
 @pytest.fixture(scope="module", params=["8 bits", "16 bits", "floats"])
@@ -61,31 +57,19 @@ def loaded(scans):
     return load_character(scans, keep_floats=(scans / "neutral.1001.exr").exists())
 
 
-@pytest.fixture(scope="module")
-def masks(tmp_path_factory):
-    """Images larger and smaller than weight maps, two of them in the channels of one."""
-    folder, rng = tmp_path_factory.mktemp("given") / "masks", np.random.default_rng(0)
-    folder.mkdir()
-    for name, shape in {"chin": (90, 70, 1), "brow.1002": (5, 200, 1), "pair": (130, 140, 3)}.items():
-        write_texture(folder / f"{name}.png", rng.integers(0, 256, shape, np.uint8))
-    (folder / "masks.toml").write_text('sum_to_one = true\n[channels]\npair = ["left", "right"]\n')
-    return folder
-
-
-def packed(scans, pack, method, masks):
+def packed(scans, pack, method):
     """What is written and measured of a folder of scans: the bytes of every file, and the errors."""
-    given = read_masks(masks) if method == "masks" else None
     surface = loaded(scans)
-    write_pack(compress(surface, method, given_masks=given), pack)
+    write_pack(compress(surface, method), pack)
     return {file.name: file.read_bytes() for file in pack.iterdir()}, model_errors(surface, read_pack(pack))
 
 
 @pytest.mark.parametrize("method", ["refined", "pca", "masks"])
-def test_a_streamed_pack_has_the_bytes_of_one_made_in_memory(method, scans, masks, tmp_path, monkeypatch):
-    here = packed(scans, tmp_path / "here", method, masks)
+def test_a_streamed_pack_has_the_bytes_of_one_made_in_memory(method, scans, tmp_path, monkeypatch):
+    here = packed(scans, tmp_path / "here", method)
     monkeypatch.setattr(memory, "LEAST", -(10**9))
     with memory.limited(1, tmp_path):
-        streamed = packed(scans, tmp_path / "streamed", method, masks)
+        streamed = packed(scans, tmp_path / "streamed", method)
     assert streamed == here
 
 
@@ -109,20 +93,5 @@ def test_a_limit_is_kept_where_a_run_without_it_takes_more(tmp_path):
 
     in_memory, whole = peak_of_compress(tmp_path / "scans", tmp_path / "pack")
     streamed, same = peak_of_compress(tmp_path / "scans", tmp_path / "pack", "--memory", "420M")
-    assert streamed < 420e6 < in_memory
-    assert same["errors"] == whole["errors"]
-
-
-def test_images_of_masks_are_not_held(tmp_path):
-    save_character(random_character(side=64), tmp_path / "scans")
-    (tmp_path / "masks").mkdir()
-    ramp = np.broadcast_to(np.linspace(0, 255, 2500).astype(np.uint8)[:, None, None], (2500, 2500, 1))
-    write_texture(tmp_path / "masks" / "m0.png", np.ascontiguousarray(ramp))
-    for k in range(1, 12):
-        shutil.copy(tmp_path / "masks" / "m0.png", tmp_path / "masks" / f"m{k}.png")
-    call = ("compress", tmp_path / "scans", "-o", tmp_path / "pack", "--overwrite", "--given-masks", tmp_path / "masks")
-
-    in_memory, whole = peak_of(*call)
-    streamed, same = peak_of(*call, "--memory", "420M")
     assert streamed < 420e6 < in_memory
     assert same["errors"] == whole["errors"]
