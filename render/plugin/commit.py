@@ -23,7 +23,9 @@ def commit_id(revision: str, folder: Path) -> str:
 
 def file_names(commit: str, folder: Path) -> list[str]:
     """The names of the files in a folder; none where the commit has no such folder."""
-    listed = _git(_existing(folder), "ls-tree", "-z", "--name-only", f"{commit}:{_inside(folder)}") or b""
+    listed = (
+        _git(_existing(folder), "ls-tree", "--full-tree", "-z", "--name-only", f"{commit}:{_inside(folder)}") or b""
+    )
     return [name.decode(errors="surrogateescape") for name in listed.split(b"\0") if name]
 
 

@@ -1,12 +1,14 @@
 """The hooks of the pytest plugin ``facezip``: light, for they are loaded by every run of pytest beside FaceZip."""
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from render.plugin.imports import choose_llvm_in_time
+from render.plugin.matrix import DESCRIPTION, VARIANT, Case, parametrise, under
 from render.plugin.run import Run
 from render.plugin.settings import Settings, add_options
 
@@ -28,6 +30,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """Check the flags before anything runs."""
     run = Run(Settings.of(config))
     config.stash[_RUN], config.stash[_SHARED] = run, set()
+    config.addinivalue_line("markers", DESCRIPTION)
     config.pluginmanager.register(run, "facezip-run")
     config.pluginmanager.register(run.selection, "facezip-selection")
 
@@ -40,6 +43,19 @@ def facezip_image(request: pytest.FixtureRequest) -> "ImageCheck":
     check = ImageCheck(request.node, request.config.stash[_RUN].settings, request.config.stash[_SHARED])
     request.node.stash[_CHECK] = check
     return check
+
+
+@pytest.fixture
+def facezip_case(request: pytest.FixtureRequest, facezip_image: "ImageCheck") -> Iterator[Case]:
+    """One combination of the marker ``facezip_matrix``: its values, and the comparison with its reference."""
+    variant = request.param.names.get(VARIANT)
+    with under(variant) if variant else nullcontext():
+        yield Case(request.param, request.node, facezip_image)
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Make a test of each combination of a matrix."""
+    parametrise(metafunc)
 
 
 @pytest.hookimpl(wrapper=True)
