@@ -8,6 +8,8 @@ import re
 import sys
 from collections.abc import Iterable
 
+from facezip.errors import ErrorCode, FaceZipError
+
 # No stem has one of these characters.
 INSTEAD, BESIDE = "@", "+"
 PLATFORM = "platform"
@@ -40,10 +42,17 @@ def labelled(usual: str, label: str, variant: str) -> str:
     """The name to write a reference under, where ``usual`` is the one that the image has or would have.
 
     The labels ``platform`` and ``variant`` stand for this one, and instead of the usual reference; others beside it.
+
+    Raises
+    ------
+    FaceZipError
+        ``BAD_VALUE``: the image has no variant.
     """
     if label in (PLATFORM, VARIANT):
         place = sys.platform if label == PLATFORM else variant
-        return f"{stem_of(usual)}{INSTEAD}{place}" if place else usual
+        if not place:
+            raise FaceZipError(ErrorCode.BAD_VALUE, "the image has no variant; give facezip_image one with variant=")
+        return f"{stem_of(usual)}{INSTEAD}{place}"
     return f"{usual.partition(BESIDE)[0]}{BESIDE}{label}" if label else usual
 
 

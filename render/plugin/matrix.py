@@ -97,10 +97,12 @@ def parametrise(metafunc: pytest.Metafunc) -> None:
     """Make a test of each combination."""
     if CASE not in metafunc.fixturenames:
         return
-    marker = metafunc.definition.get_closest_marker(MARKER)
-    if marker is None:
-        raise pytest.UsageError(f"{metafunc.definition.nodeid}: {CASE} needs the marker {MARKER}")
-    found = choices(**marker.kwargs)
+    markers = [*metafunc.definition.iter_markers(MARKER)]
+    if not markers or any(marker.args for marker in markers):
+        wrong = f"{MARKER} takes axes by their names" if markers else f"{CASE} needs the marker {MARKER}"
+        raise pytest.UsageError(f"{metafunc.definition.nodeid}: {wrong}")
+    # A marker of a class or a module gives axes to all its tests; the closest one goes before.
+    found = choices(**{axis: one for marker in reversed(markers) for axis, one in marker.kwargs.items()})
     metafunc.parametrize(CASE, found, ids=[choice.label for choice in found], indirect=True)
 
 

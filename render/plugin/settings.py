@@ -12,6 +12,7 @@ from render.plugin.labels import PLATFORM, VARIANT, is_label
 PROPERTY = "facezip_image"
 LEVEL = 0.001
 SUMMARIES = ("html", "json")
+PICTURES = ("kitty", "iterm", "sixel", "none")
 # Which references are written; anything else is a folder, into which all are.
 GENERATE = ("missing", "failed", "all")
 DEFAULT_BASELINE, DEFAULT_RESULTS = "baseline", "facezip-results"
@@ -34,6 +35,7 @@ class Settings:
     markdown : file for a summary in Markdown, or None.
     level : probability below which a comparison fails.
     warn : probability below which it is listed though it passes; at least ``level``.
+    pictures : how failures are shown in the terminal: a kind of :data:`PICTURES`, or "" for as it says of itself.
     allow_stale : whether stale references, and a run that compared nothing, are no failure.
     """
 
@@ -48,6 +50,7 @@ class Settings:
     markdown: Path | None
     level: float
     warn: float
+    pictures: str
     allow_stale: bool
 
     @staticmethod
@@ -68,6 +71,7 @@ class Settings:
             markdown=_folder(config, "facezip_markdown"),
             level=level,
             warn=max(level, _probability("warn", _given(config, "warn") or level)),
+            pictures=_pictures(config.getoption("facezip_pictures") or ""),
             allow_stale=config.getoption("facezip_allow_stale") or config.getini("facezip_allow_stale"),
         )
 
@@ -98,6 +102,7 @@ def add_options(parser: pytest.Parser) -> None:
         "summary": ("KINDS", "html, json or both with a comma: a summary in the results folder"),
         "markdown": ("FILE", "a summary in Markdown, for the comment on a change"),
         "level": ("P", f"probability below which a comparison fails; by default {LEVEL:g}"),
+        "pictures": ("KIND", "show failures as kitty, iterm, sixel or none; by default as the terminal can"),
         "warn": ("P", "probability below which a comparison that passes is listed"),
     }
     for name, (value, text) in flags.items():
@@ -136,6 +141,12 @@ def _summaries(text: str) -> tuple[str, ...]:
     if unknown:
         raise pytest.UsageError(f"--facezip-summary: no kind '{unknown[0]}'; choose from {','.join(SUMMARIES)}")
     return summaries
+
+
+def _pictures(kind: str) -> str:
+    if kind and kind not in PICTURES:
+        raise pytest.UsageError(f"--facezip-pictures: no kind '{kind}'; choose from {','.join(PICTURES)}")
+    return kind
 
 
 def _label(label: str, generate: str) -> str:

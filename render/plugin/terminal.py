@@ -1,5 +1,6 @@
 """What a run says at its end."""
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -8,12 +9,15 @@ from facezip.names import printable
 from render.plugin.run import Run
 from render.plugin.words import place
 
+# A screen holds no more.
+MOST_SHOWN = 4
 CHANGES = {"new": "new", "added": "added to those that are accepted", "changed": "changed", "same": "as it was"}
 
 
 def report(terminal: pytest.TerminalReporter, run: Run) -> None:
     """Say what is wrong with the run, what was generated, and where evidence and summaries are."""
     settings = run.settings
+    _show(terminal, run)
     for line in [*_generated(run), *_warned(run)]:
         terminal.write_line(line)
     colour = {"yellow": True} if settings.allow_stale else {"red": True}
@@ -23,6 +27,20 @@ def report(terminal: pytest.TerminalReporter, run: Run) -> None:
         terminal.write_line(f"facezip: results in {settings.results}")
     if settings.markdown:
         terminal.write_line(f"facezip: summary in {settings.markdown}")
+
+
+def _show(terminal: pytest.TerminalReporter, run: Run) -> None:
+    """The pictures of the first failures, where the terminal shows pictures."""
+    failed = [result for result in run.results if result["outcome"] == "failed" and "evidence" in result]
+    if not failed or run.settings.pictures == "none" or not (run.settings.pictures or terminal.isatty):
+        return
+    from render.plugin.pictures import kind_of, shown
+
+    kind = run.settings.pictures or kind_of()
+    for result in failed[:MOST_SHOWN] if kind else []:
+        terminal.write_line(f"{result['name']}: image, reference, error, p")
+        terminal.write(shown(Path(result["evidence"]), kind))
+        terminal.line("")
 
 
 def _generated(run: Run) -> list[str]:

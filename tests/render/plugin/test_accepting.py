@@ -113,7 +113,8 @@ def test_labels_say_what_a_new_reference_stands_for():
     assert labelled("a", "", "v") == "a"
     assert labelled("a", "platform", "") == f"a@{sys.platform}"
     assert labelled("a+late", "variant", "v") == "a@v"
-    assert labelled("a", "variant", "") == "a"
+    with pytest.raises(FaceZipError, match="variant="):
+        labelled("a", "variant", "")
     assert labelled("a@v", "late", "v") == "a@v+late"
 
 
