@@ -10,7 +10,7 @@ import pytest
 
 from facezip.errors import FaceZipError
 from render.plugin.baseline import Baseline
-from render.plugin.labels import accepted, is_label
+from render.plugin.labels import VARIANT, accepted, is_label
 from render.plugin.names import file_stem
 from render.plugin.selection import NODE_ID
 from render.plugin.settings import PROPERTY, Settings
@@ -146,7 +146,10 @@ class ImageCheck:
         if call.must_differ:
             self._fail(result, f"{call.name}: {described_agreement(result)}")
         words = found.mismatch or described(result)
-        self._fail(result, f"{call.name}: {words}{self._way_out(Path(result['reference']), 'if that is meant')}")
+        # A reference that variants share stays for the others.
+        label = VARIANT if call.shared and call.variant else ""
+        way_out = self._way_out(Path(result["reference"]), "if that is meant", label)
+        self._fail(result, f"{call.name}: {words}{way_out}")
 
     def _generate(self, call: "Call", baseline: Baseline, names: list[str], found: "Judged | None" = None) -> None:
         from render.plugin.generating import generate
@@ -170,10 +173,11 @@ class ImageCheck:
         remove_evidence(folder)
         return {}
 
-    def _way_out(self, path: Path, when: str) -> str:
+    def _way_out(self, path: Path, when: str, label: str = "") -> str:
         if self.settings.commit:
             return ""
         command = ["pytest", self.test.stash[NODE_ID], "--facezip-generate", str(path.parent)]
+        command += ["--facezip-as", label] if label else []
         return f"\n  {when}: {shlex.join(command)}"
 
     def _fail(self, result: dict[str, Any], message: str) -> NoReturn:
