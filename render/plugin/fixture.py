@@ -127,8 +127,16 @@ class ImageCheck:
             self._fail(told, f"{call.name}: no reference {path}{self._way_out(path, 'generate it')}")
         from render.plugin.judging import judged
 
-        found = judged(call, baseline, names)
-        if found.differs and mode == "failed" and not call.must_differ:
+        replaces = mode == "failed" and not call.must_differ
+        try:
+            found = judged(call, baseline, names)
+        except FaceZipError:
+            if not replaces:
+                raise
+            # A damaged reference has failed as well; an image that is none fails again.
+            self._generate(call, baseline, names)
+            return
+        if found.differs and replaces:
             self._generate(call, baseline, names, found)
         else:
             self._conclude(call, {**told, **found.told}, found)
@@ -137,14 +145,14 @@ class ImageCheck:
         __tracebackhide__ = True
         from render.plugin.words import described, described_agreement
 
-        failed = found.differs != call.must_differ
+        failed = bool(found.mismatch) or found.differs != call.must_differ
         warned = not failed and not call.must_differ and found.probability < call.warn
         result |= self._evidence(call, failed or warned, found)
         if not failed:
             self._note({**result, "outcome": "warned" if warned else "passed"})
             return
         if call.must_differ:
-            self._fail(result, f"{call.name}: {described_agreement(result)}")
+            self._fail(result, f"{call.name}: {found.mismatch or described_agreement(result)}")
         words = found.mismatch or described(result)
         # A reference that variants share stays for the others.
         label = VARIANT if call.shared and call.variant else ""

@@ -162,6 +162,9 @@ def test_an_image_that_must_differ_fails_where_it_agrees(project, pytester):
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines([f"*{STEM}.must-differ-2: agrees with its reference, though it must differ: p = *"])
     assert project(SPOILT, "--facezip-generate=failed").ret == pytest.ExitCode.OK
+    project(MUST.replace("OTHER", "lambda seed: render(seed)[:8]")).stdout.fnmatch_lines(
+        ["*the image has 32 x 8 x 3 *"]
+    )
 
 
 def test_an_image_that_must_differ_needs_a_reference(project):

@@ -68,10 +68,14 @@ def test_another_size_and_a_damaged_file_are_replaced(generated, pytester):
     small = "def test_box(facezip_image):\n    facezip_image(lambda seed: render(seed)[:12])\n"
     generated(small, "--facezip-generate=failed").assert_outcomes(skipped=1)
     generated(small).assert_outcomes(passed=1)
-    (pytester.path / "baseline" / f"{STEM}.exr").write_bytes(b"no image")
-    result = generated(EQUAL, "--facezip-generate=all")
-    result.assert_outcomes(skipped=1)
-    result.stdout.fnmatch_lines([f"*{STEM}: changed, *"])
+    for mode in ("failed", "all"):
+        (pytester.path / "baseline" / f"{STEM}.exr").write_bytes(b"no image")
+        result = generated(EQUAL, f"--facezip-generate={mode}")
+        result.assert_outcomes(skipped=1)
+        result.stdout.fnmatch_lines([f"*{STEM}: changed, *"])
+    generated(EQUAL).assert_outcomes(passed=1)
+    nothing = EQUAL.replace("(render)", "(lambda seed: None)")
+    generated(nothing, "--facezip-generate=failed").assert_outcomes(failed=1)
     generated(EQUAL).assert_outcomes(passed=1)
 
 
