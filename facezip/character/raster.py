@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from facezip.files.obj import Topology
+from facezip.machine.kernels import kernel
 from facezip.machine.rows import by_rows
 
 
@@ -70,7 +70,7 @@ def _rows(
     return face, barycentric
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _rasterise(
     top: int,
     pixels: NDArray[np.float64],

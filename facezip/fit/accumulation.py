@@ -7,10 +7,10 @@ what lies between two rows of weight texels is summed first, column by column, a
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from facezip.fit.weights import WeightSystem
+from facezip.machine.kernels import inner
 from facezip.pack.sampling import RUN, Taps, end_of_cell
 
 
@@ -27,21 +27,21 @@ class Sums(NamedTuple):
     products: NDArray[np.float32]
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inner(inline="always")
 def no_sums(slots: int, count: int) -> Sums:
     """Sums of nothing, for R ``slots`` and N = ``count`` expressions."""
     pairs = slots * (slots + 1) // 2
     return Sums(np.zeros((3, pairs, RUN), np.float32), np.zeros((2, slots, count, RUN), np.float32))
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inner(inline="always")
 def clear(sums: Sums) -> None:
     """Begin again."""
     sums.squares[:] = 0
     sums.products[:] = 0
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@inner(fastmath={"contract"})
 def accumulate_run(
     solved: NDArray[np.float32],
     differences: NDArray[np.float32],
@@ -76,7 +76,7 @@ def accumulate_run(
         _add_any_products(weighted, differences, v, run, sums.products)
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@inner(fastmath={"contract"})
 def _add_products(
     weighted: NDArray[np.float32],
     differences: NDArray[np.float32],
@@ -98,7 +98,7 @@ def _add_products(
                 products[1, i, n, x] += lower
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@inner(fastmath={"contract"})
 def _add_any_products(
     weighted: NDArray[np.float32],
     differences: NDArray[np.float32],
@@ -120,7 +120,7 @@ def _add_any_products(
                 products[1, i, n, x] += lower
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def collect_run(sums: Sums, rows: tuple[int, int], columns: Taps, left: int, run: int, system: WeightSystem) -> None:
     """Share the sums of a run out to the equations of the weight texels that it samples, in two ``rows``."""
     begin = left
@@ -133,7 +133,7 @@ def collect_run(sums: Sums, rows: tuple[int, int], columns: Taps, left: int, run
         begin = end
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _collect_products(
     products: NDArray[np.float32],
     begin: int,
@@ -150,7 +150,7 @@ def _collect_products(
                 right[rows[a], i, n, columns[1]] += far
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _collect_squares(
     squares: NDArray[np.float32],
     begin: int,
@@ -175,7 +175,7 @@ def _collect_squares(
                     pair += 1
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
+@inner(fastmath={"contract", "reassoc"})
 def _moments(values: NDArray[np.float32], u: NDArray[np.float32]) -> tuple[np.float32, np.float32]:
     """Sums of ``(1 - u) · values`` and ``u · values``."""
     total, far = np.float32(0), np.float32(0)
@@ -185,7 +185,7 @@ def _moments(values: NDArray[np.float32], u: NDArray[np.float32]) -> tuple[np.fl
     return total - far, far
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
+@inner(fastmath={"contract", "reassoc"})
 def _square_moments(values: NDArray[np.float32], u: NDArray[np.float32]) -> tuple[np.float32, np.float32, np.float32]:
     """Sums of ``(1 - u)² · values``, ``u (1 - u) · values`` and ``u² · values``."""
     total, far, both = np.float32(0), np.float32(0), np.float32(0)

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from facezip.fit.weights import WeightSystem
+from facezip.machine.kernels import inner, kernel
 from facezip.machine.rows import map_rows
 from facezip.pack.masked import STEP
 
@@ -115,7 +115,7 @@ def _active(masks: NDArray[np.float32]) -> _Active:
     return _Active(first, which, by_texel[texel, which])
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@kernel(fastmath={"contract"})
 def _project(
     begin: int,
     end: int,
@@ -144,7 +144,7 @@ def _project(
                             products[k, i, n] += masks[k, y, x] * right[y, i, n, x]
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@inner(fastmath={"contract"})
 def _couple(
     k: int, y: int, x: int, matrix: NDArray[np.float32], masks: NDArray[np.float32], out: NDArray[np.float64]
 ) -> bool:
@@ -164,7 +164,7 @@ def _couple(
     return found
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
+@kernel(fastmath={"contract"}, error_model="numpy")
 def _descend(
     begin: int,
     end: int,

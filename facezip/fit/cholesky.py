@@ -5,11 +5,12 @@ Arrays are ``(…, RUN)``, one texel of the run beside the other (:mod:`facezip.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from facezip.machine.kernels import inner
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+
+@inner(fastmath={"contract"})
 def factor_run(
     weight: NDArray[np.float32],
     differences: NDArray[np.float32],
@@ -41,7 +42,7 @@ def factor_run(
         _eliminate(i, ridge, run, factor, out)
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@inner(fastmath={"contract"})
 def substitute_run(i: int, factor: NDArray[np.float32], run: int, out: NDArray[np.float32]) -> None:
     """The best texture ``out[i]`` given those of all k > i, the rest of them free: a step of back substitution."""
     for c in range(out.shape[1]):
@@ -50,7 +51,7 @@ def substitute_run(i: int, factor: NDArray[np.float32], run: int, out: NDArray[n
         _scale(factor[i, i], run, out[i, c])
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
+@inner(fastmath={"contract"}, error_model="numpy")
 def _eliminate(i: int, ridge: np.float32, run: int, factor: NDArray[np.float32], out: NDArray[np.float32]) -> None:
     """Row i of the Cholesky factor in place, with the reciprocal on its diagonal, and forward substitution."""
     diagonal = factor[i, i]
@@ -67,7 +68,7 @@ def _eliminate(i: int, ridge: np.float32, run: int, factor: NDArray[np.float32],
         _scale(diagonal, run, out[i, c])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner(error_model="numpy")
 def round_run(step: np.float32, run: int, values: NDArray[np.float32]) -> None:
     """Round to multiples of ``step`` within ±127 of them."""
     per_step = np.float32(1) / step
@@ -75,13 +76,13 @@ def round_run(step: np.float32, run: int, values: NDArray[np.float32]) -> None:
         values[x] = step * min(max(np.rint(values[x] * per_step), np.float32(-127)), np.float32(127))
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _scale(factors: NDArray[np.float32], run: int, values: NDArray[np.float32]) -> None:
     for x in range(run):
         values[x] *= factors[x]
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@inner(fastmath={"contract"})
 def _dot(a: NDArray[np.float32], i: int, b: NDArray[np.float32], j: int, run: int, out: NDArray[np.float32]) -> None:
     """``out[i, j, x] = Σ_n a[i, n, x] b[j, n, x]``, four terms at a time: the sum is read and written less often."""
     count = a.shape[1]
@@ -101,7 +102,7 @@ def _dot(a: NDArray[np.float32], i: int, b: NDArray[np.float32], j: int, run: in
             out[i, j, x] += a[i, n, x] * b[j, n, x]
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@inner(fastmath={"contract"})
 def _subtract(a: NDArray[np.float32], b: NDArray[np.float32], run: int, out: NDArray[np.float32]) -> None:
     for x in range(run):
         out[x] -= a[x] * b[x]

@@ -23,7 +23,6 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from facezip.character.samples import Samples, Stored
@@ -31,6 +30,7 @@ from facezip.fit.accumulation import accumulate_run, clear, collect_run, no_sums
 from facezip.fit.cholesky import factor_run, round_run, substitute_run
 from facezip.fit.weights import WeightSystem
 from facezip.machine import memory
+from facezip.machine.kernels import inner, kernel
 from facezip.machine.rows import by_rows, each_block, map_rows
 from facezip.pack.sampling import RUN, Grid, bilinear_grid, expand_rows, mix_rows, read_run, same_rows
 
@@ -157,7 +157,7 @@ def _ridge(weights: NDArray[np.float32]) -> np.float32:
     return max(np.float32(RIDGE * np.sum(squares) / (h * w)), np.float32(1e-30))
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@kernel(fastmath={"contract"})
 def _accumulate(
     top: int,
     bottom: int,
@@ -200,7 +200,7 @@ def _accumulate(
                 clear(sums)
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@kernel(fastmath={"contract"})
 def _solve(
     top: int,
     bottom: int,
@@ -239,7 +239,7 @@ def _solve(
             _store(solved[slot:end], y, left, run, out)
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _load(textures: NDArray[np.float32], y: int, left: int, run: int, out: NDArray[np.float32]) -> None:
     for i in range(len(out)):
         for c in range(out.shape[1]):
@@ -247,7 +247,7 @@ def _load(textures: NDArray[np.float32], y: int, left: int, run: int, out: NDArr
                 out[i, c, x] = textures[i, y, left + x, c]
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _store(solved: NDArray[np.float32], y: int, left: int, run: int, textures: NDArray[np.float32]) -> None:
     for i in range(len(solved)):
         for x in range(run):

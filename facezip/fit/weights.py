@@ -11,10 +11,10 @@ Linear Systems, 1952) with a block Jacobi preconditioner M, as in Saad, Iterativ
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from facezip.machine import memory
+from facezip.machine.kernels import inner, kernel
 from facezip.machine.rows import by_rows, map_rows, sum_rows
 
 # Warm started: more steps would solve exactly what the next alternation changes again.
@@ -113,7 +113,7 @@ def _ratio(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float32
     return np.divide(a, b, out=np.zeros_like(a), where=b > 0).astype(np.float32)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _regularise(top: int, bottom: int, matrix: NDArray[np.float32], tie: np.float32, ridge: np.float32) -> None:
     h, slots, _, _, w = matrix.shape
     for y in range(top, bottom):
@@ -127,7 +127,7 @@ def _regularise(top: int, bottom: int, matrix: NDArray[np.float32], tie: np.floa
                 matrix[y, i, i, 4, x] += neighbours * tie + ridge
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
+@kernel(fastmath={"contract"}, error_model="numpy")
 def _invert(top: int, bottom: int, matrix: NDArray[np.float32], out: NDArray[np.float32]) -> None:
     """The inverse of every texel's coupling with itself, by Gauss and Jordan: they are positive definite."""
     _, slots, _, _, w = matrix.shape
@@ -152,7 +152,7 @@ def _invert(top: int, bottom: int, matrix: NDArray[np.float32], out: NDArray[np.
                     out[y, k, j, x] *= out[y, k, k, x]
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@kernel(fastmath={"contract"})
 def multiply(
     top: int, bottom: int, a: NDArray[np.float32], p: NDArray[np.float32], ap: NDArray[np.float32]
 ) -> NDArray[np.float64]:
@@ -170,7 +170,7 @@ def multiply(
     return pap
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@inner(fastmath={"contract"})
 def _add_row(
     a: NDArray[np.float32], y: int, i: int, j: int, p: NDArray[np.float32], ny: int, ap: NDArray[np.float32]
 ) -> None:
@@ -190,7 +190,7 @@ def _add_row(
             ap[y, i, n, last] += a[y, i, j, left + 1, last] * p[ny, j, n, last]
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
+@inner(fastmath={"contract", "reassoc"})
 def _dot(a: NDArray[np.float32], b: NDArray[np.float32]) -> np.float32:
     total = np.float32(0)
     for column in range(len(a)):
@@ -198,7 +198,7 @@ def _dot(a: NDArray[np.float32], b: NDArray[np.float32]) -> np.float32:
     return total
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@kernel(fastmath={"contract"})
 def _advance(top: int, bottom: int, alpha: NDArray[np.float32], state: _State) -> NDArray[np.float64]:
     """``x += α p``, ``r -= α A·p``; returns rᵀz per expression, ``(N,)``."""
     x, r, p, ap, m_inverse = state
@@ -220,7 +220,7 @@ def _advance(top: int, bottom: int, alpha: NDArray[np.float32], state: _State) -
     return rz
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@kernel(fastmath={"contract"})
 def _turn(top: int, bottom: int, beta: NDArray[np.float32], state: _State) -> None:
     """``p = z + β p``."""
     _, r, p, _, m_inverse = state

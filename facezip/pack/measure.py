@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from facezip.character.samples import Stored, samples_of
 from facezip.character.scans import Stack
+from facezip.machine.kernels import inner, kernel
 from facezip.machine.rows import by_rows, map_rows, sum_rows
 from facezip.pack.model import Part
 from facezip.pack.quantise import ZERO, StoredPart
@@ -80,7 +80,7 @@ def texels_seen(stack: Stack) -> float:
     return float(sum(map_rows(lambda top, bottom: float(mask[top:bottom].sum(dtype=np.float64)), len(mask))))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _squared_error(
     top: int,
     bottom: int,
@@ -98,7 +98,7 @@ def _squared_error(
     return total
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _squared_errors(
     top: int,
     bottom: int,
@@ -134,7 +134,7 @@ def _squared_errors(
     return total
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _decode(
     encoded: Encoded,
     y: int,
@@ -153,7 +153,7 @@ def _decode(
             differences[i, x] = encoded.steps[i, c] * steps
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@inner(fastmath={"contract"})
 def _add(
     neutral: NDArray[np.float32],
     differences: NDArray[np.float32],
@@ -174,7 +174,7 @@ def _add(
             out[x] += differences[slots - 1, x] * weight[slots - 1, n, x]
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
+@inner(fastmath={"contract", "reassoc"})
 def _squared_gap(
     original: NDArray[np.float32],
     before: NDArray[np.float32],

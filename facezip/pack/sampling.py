@@ -8,10 +8,10 @@ second-level cache.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from facezip.character.samples import Stored
+from facezip.machine.kernels import inner
 
 RUN = 128
 
@@ -55,13 +55,13 @@ def bilinear_grid(size: tuple[int, int], low: tuple[int, int]) -> Grid:
     return Grid(bilinear_taps(size[0], low[0]), bilinear_taps(size[1], low[1]))
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inner(inline="always")
 def same_rows(rows: Taps, y: int, other: int) -> bool:
     """Whether two rows of texels lie between the same two rows of weight texels."""
     return rows.first[y] == rows.first[other] and rows.second[y] == rows.second[other]
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inner(inline="always")
 def end_of_cell(columns: Taps, begin: int, end: int) -> int:
     """The first column after ``begin`` and before ``end`` that lies between two other columns of weight texels."""
     x = begin + 1
@@ -70,7 +70,7 @@ def end_of_cell(columns: Taps, begin: int, end: int) -> int:
     return x
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def expand_row(weights: NDArray[np.float32], columns: Taps, left: int, run: int, out: NDArray[np.float32]) -> None:
     """Sample one row of weight texels ``(R, N, w)`` at the columns of a run: ``(R, N, RUN)``."""
     slots, count, _ = out.shape
@@ -86,7 +86,7 @@ def expand_row(weights: NDArray[np.float32], columns: Taps, left: int, run: int,
         begin = end
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def expand_rows(
     weights: NDArray[np.float32],
     grid: Grid,
@@ -113,7 +113,7 @@ def expand_rows(
     return upper, lower
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@inner(fastmath={"contract"})
 def mix_rows(
     upper: NDArray[np.float32], lower: NDArray[np.float32], fraction: np.float32, run: int, out: NDArray[np.float32]
 ) -> None:
@@ -124,7 +124,7 @@ def mix_rows(
                 out[i, n, x] = upper[i, n, x] + fraction * (lower[i, n, x] - upper[i, n, x])
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def read_run(stored: Stored, y: int, left: int, run: int, out: NDArray[np.float32]) -> None:
     """D_n = I_n - I_0 of a run, ``(C, N, RUN)``; the texels must lie row by row."""
     channels, count, _ = out.shape
