@@ -49,6 +49,7 @@ def compress(
     seed: int = 0,
     nonnegative: bool = False,
     sparse: int | None = None,
+    effort: str = "default",
     given_masks: GivenMasks | None = None,
     locks: Sequence[Lock] = (),
     importance: Importance | None = None,
@@ -61,7 +62,8 @@ def compress(
     character : neutral and expressions.
     method : ``"refined"``, ``"paper"``, ``"paper-optimised"`` (with our search of the permutation),
         ``"paper-unpermuted"`` (its ablation), ``"pca"``, or ``"masks"`` (weight maps that are sums of fixed masks).
-    differences, weight_scale, masks, restarts, seed, nonnegative, sparse : see :class:`facezip.fit.settings.Settings`.
+    differences, weight_scale, masks, restarts, seed, nonnegative, sparse, effort : see
+        :class:`facezip.fit.settings.Settings`.
     given_masks : those of the method ``"masks"``; None for ``masks`` of the paper's.
     locks : difference textures that stay as they are (refined).
     importance : ``(H, W)`` ≥ 0, of the albedo's size, what a texel's squared error counts besides the mask (refined,
@@ -76,7 +78,7 @@ def compress(
         ``TOO_MANY_MASKS``; ``SIZE_MISMATCH`` or ``BAD_TEXELS`` for an importance that does not fit; and what
         :class:`facezip.fit.given.GivenMasks` raises.
     """
-    settings = Settings(differences, weight_scale, masks, restarts, seed, nonnegative, sparse)
+    settings = Settings(differences, weight_scale, masks, restarts, seed, nonnegative, sparse, effort)
     settings.check(method)
     if given_masks is not None and method != "masks":
         raise FaceZipError(ErrorCode.BAD_VALUE, f"given masks: method {method} takes none; use masks")
@@ -161,6 +163,7 @@ def _on_tile(
         nonnegative=settings.nonnegative,
         locked=of_maps(locks, [*samples], units),
         sparse=task.sparse,
+        effort=settings.effort,
     )
     if settings.nonnegative:
         fitted, largest = at_most_one(fitted)

@@ -26,8 +26,8 @@ from facezip.machine import memory
 from facezip.machine.progress import track
 from facezip.machine.rows import by_rows, map_rows
 
-# Many texels tell the weights in few alternations: that many texels are visited, in 4 to 16 alternations.
-TEXELS_VISITED = 2**24
+# Many texels tell the weights in few alternations: by effort, how many are visited in all, in how many alternations.
+VISITS = {"fast": (2**24, 4, 16), "default": (24 * 2**20, 6, 24), "best": (2**26, 64, 64)}
 
 Locked = Mapping[int, NDArray[np.float32]]
 Solve = Callable[[WeightSystem, NDArray[np.float32]], tuple[NDArray[np.float32], float]]
@@ -42,6 +42,7 @@ def fit_weights(
     nonnegative: bool = False,
     locked: Sequence[Locked] = (),
     sparse: int | None = None,
+    effort: str = "default",
 ) -> NDArray[np.float32]:
     """Weight maps ``(h, R, N, w)`` of the refined fit, in floating point, shared by several maps of one tile.
 
@@ -57,6 +58,7 @@ def fit_weights(
     locked : of each map, the textures ``(H, W, C)`` of some slots that stay as they are. A fit without those slots is
         the start: none is lost by them.
     sparse : how many slots an expression may use; all where None.
+    effort : one of :data:`facezip.fit.settings.EFFORTS`.
     """
     height, width, _ = maps[0].neutral.shape
     few = [thinned(samples, weight_scale // 2) for samples in maps]
@@ -69,13 +71,13 @@ def fit_weights(
         free = [slot for slot in range(slots) if slot not in taken]
         if free:
             first = np.ascontiguousarray(components[:, : len(free)])
-            alone = fit_weights(maps, len(free), weight_scale, smoothness, first, nonnegative)
+            alone = fit_weights(maps, len(free), weight_scale, smoothness, first, nonnegative, effort=effort)
             weights[:, free] = at_most_one(alone)[0] if nonnegative else alone
     elif nonnegative:
         weights = uniform(larger_sides(components), grid)
     else:
         weights = balanced_start(few, components, grid)
-    fit = _Fit(maps, smoothness, nonnegative, locked if taken else ())
+    fit = _Fit(maps, smoothness, nonnegative, locked if taken else (), effort)
     weights = fit.alternated(weights, solve_nonnegative if nonnegative else solve_weights)
     return weights if sparse is None else fit.sparse(weights, sparse)
 
@@ -88,10 +90,11 @@ class _Fit:
     smoothness: float
     nonnegative: bool
     locked: Sequence[Locked]
+    effort: str
 
     def alternated(self, weights: NDArray[np.float32], solve: Solve) -> NDArray[np.float32]:
         """Textures and weights in turn, from ``weights``."""
-        count, unit = alternations(self.maps[0].importance.size), 0.0
+        count, unit = alternations(self.maps[0].importance.size, self.effort), 0.0
 
         def alternate(ahead: NDArray[np.float32]) -> tuple[NDArray[np.float32], float]:
             nonlocal unit
@@ -127,9 +130,10 @@ class _Fit:
         return weights
 
 
-def alternations(texels: int) -> int:
+def alternations(texels: int, effort: str = "default") -> int:
     """How many of them a fit of so many texels makes."""
-    return min(max(TEXELS_VISITED // texels, 4), 16)
+    visited, fewest, most = VISITS[effort]
+    return min(max(visited // texels, fewest), most)
 
 
 def at_most_one(weights: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

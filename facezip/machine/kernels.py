@@ -7,12 +7,20 @@ from typing import Any
 from numba import njit
 from numba.core.caching import FunctionCache
 
+from facezip.machine.progress import say_once
+
 # Numba's decorators carry no types, and take arrays of several.
 Compiled = Callable[[Callable[..., Any]], Any]
 
 
 class _Cache(FunctionCache):  # type: ignore[misc]
     """Numba's, for which a disk that is full is no reason to give up: what is compiled serves the process."""
+
+    def load_overload(self, sig: object, target_context: object) -> object:
+        found = super().load_overload(sig, target_context)
+        if found is None:
+            say_once("Preparing kernels (once)")
+        return found
 
     def save_overload(self, sig: object, data: object) -> None:
         with suppress(OSError):
