@@ -14,6 +14,7 @@ from PIL import Image
 from facezip.character.maps import normals_of
 from render.metrics import display
 from render.paired import PairedRenderer
+from render.scattering import spread
 from render.skins import SkinMaps, upload
 from scenes.cameras import VIEWS, View, frame_of
 from scenes.character import Person
@@ -33,8 +34,9 @@ def people(light: str) -> NDArray[np.uint8]:
 
 def _column(person: Person, light: str) -> NDArray[np.uint8]:
     relief, vertices = person.relief({}), person.head.vertices
-    skin = upload(SkinMaps(person.albedo, normals_of(relief.slopes), relief.roughness, relief.specular, relief.cavity))
-    renderer = PairedRenderer(person.head.topology, frame_of(vertices), [light], "skin", SIDE)
+    maps = SkinMaps(person.albedo, normals_of(relief.slopes), relief.roughness, relief.specular, relief.cavity)
+    skin = upload(maps, spread(person.head.topology, vertices))
+    renderer = PairedRenderer(person.head.topology, frame_of(vertices), [light], "soft", SIDE)
     renderer.pose(vertices)
     pictures = []
     for view in SHOWN:

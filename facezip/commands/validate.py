@@ -34,7 +34,7 @@ REPORT_FILE = "report.json"
 @click.option("--config", type=options.FOLDER, metavar="FILE.toml", help="Views, lights, skin, samples, limits.")
 @click.option("--views", type=int, metavar="N", help="How many of the camera views.  [default: 2]")
 @click.option("--lights", type=int, metavar="N", help="How many of the light rigs.  [default: 2]")
-@click.option("--material", type=click.Choice(["skin", "diffuse"]), help="What light meets.  [default: skin]")
+@click.option("--material", type=click.Choice(["skin", "diffuse", "soft"]), help="What light meets.  [default: skin]")
 @click.option("--transport", type=click.Choice(["direct", "full"]), help="How light travels.  [default: direct]")
 @click.option("--resolution", type=int, metavar="PIXELS", help="Side of the rendered images.  [default: 512]")
 @click.option("--spp", type=int, metavar="N", help="Samples per pixel to begin with.  [default: 16]")

@@ -4,12 +4,12 @@ A fold is a valley between two ridges. How deep it is follows from the strain ac
 those expressions that press it together, and its place on the chart never moves.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from scenes.face.head import Head
 from scenes.face.skin.lines import Line, lines_of
@@ -40,37 +40,25 @@ class Creases(NamedTuple):
         """Those of a person on the texels of a texture."""
         lines, grid = lines_of(person), texels.grid
         frames = np.ascontiguousarray(frames_of(grid).reshape(*grid.shape[:2], 6)).astype(np.float32)
-        start = _starts(grid, skin_of(head) > 0)
+        # Vertices of the front, from which the search for a place on the chart begins.
+        cells = np.argwhere((skin_of(head) > 0) & (grid[..., 2] > 0))
+        front = KDTree(grid[cells[:, 0], cells[:, 1], :2])
         side = len(texels.row_of)
         nearest, away = np.full((LAYERS, side, side), -1, np.int32), np.empty((side, side), np.float32)
         tables: list[NDArray[np.float32]] = []
         for layer in range(LAYERS):
             away.fill(np.inf)
             for line in (line for line in lines if line.layer == layer):
-                places = _charted(grid, start, line.points)
+                places = _charted(grid, line.points, cells[front.query(line.points)[1]])
                 table = _table(grid, frames, places, line)
                 _draw(texels, places, table, sum(map(len, tables)), nearest[layer], away)
                 tables.append(table)
         return Creases(nearest, np.concatenate(tables))
 
 
-@dataclass(frozen=True, eq=False)
-class _Starts:
-    """Vertices of the front, from which the search for a place on the chart begins."""
-
-    positions: NDArray[np.float32]
-    cells: NDArray[np.int64]
-
-
-def _starts(grid: NDArray[np.float32], skin: NDArray[np.bool_]) -> _Starts:
-    cells = np.argwhere(skin & (grid[..., 2] > 0))
-    return _Starts(grid[cells[:, 0], cells[:, 1]], cells)
-
-
-def _charted(grid: NDArray[np.float32], starts: _Starts, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rows and columns ``(P, 2)`` of a curve through points ``(K, 2)``, a point a step."""
-    distance = np.square(starts.positions[None, :, :2] - points[:, None]).sum(axis=2)
-    corners = starts.cells[distance.argmin(axis=1)].astype(np.float64)
+def _charted(grid: NDArray[np.float32], points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Rows and columns ``(P, 2)`` of a curve through points ``(K, 2)`` near vertices of the grid, a point a step."""
+    corners = cells.astype(np.float64)
     _refine(grid, points, corners)
     length = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
     at = np.linspace(0, len(points) - 1, max(int(length / STEP), 2))

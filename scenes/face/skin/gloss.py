@@ -24,7 +24,7 @@ def oil(x: float, y: float, z: float) -> float:
 def roughness(x: float, y: float, z: float, texel: float, seed: int) -> float:
     """Of the neutral, as of a principled BSDF: oily skin and lips are smoother, and both are patchy."""
     patchy = 0.04 * fractal(x, y, z, 2.6, 4, texel, seed + 411) + 0.05 * fractal(x, y, z, 0.24, 3, texel, seed + 421)
-    return 0.56 - 0.18 * oil(x, y, z) + patchy - 0.17 * lips(x, y, z)
+    return 0.56 - 0.18 * oil(x, y, z) + patchy - 0.13 * lips(x, y, z)
 
 
 @njit(cache=True, nogil=True)

@@ -23,7 +23,7 @@ DENSITY = (120.0, 90.0, 210.0)
 THICKNESS = (0.0085, 0.0080, 0.0100)
 # Where the hair of the scalp whirls, and texels (cm) finer than which every hair is drawn.
 WHORL = (0.8, 10.9, -5.0)
-FINE = 0.04
+FINE = 0.1
 
 
 def grown(head: Head, texels: TexelGrid, person: Traits) -> NDArray[np.float32]:

@@ -87,7 +87,7 @@ def _frown(rng: Generator, worn: float) -> list[Line]:
     long = [(x - 0.03, 1.75), (x, 2.5), (x + 0.16, top)]
     fine = [(x + 0.55, 2.35), (x + 0.62, 2.9), (x + 0.72, 3.45)]
     return [
-        Line(_curve(long, rng), 0.085, 1.0, 0.6, 0.34 * worn**1.5, layer=1),
+        Line(_curve(long, rng), 0.085, 1.0, 0.5, 0.34 * worn**1.5, layer=1),
         Line(_curve(fine, rng), 0.05, 0.7, 0.5, 0.1 * worn**2, layer=1),
     ]
 
