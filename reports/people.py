@@ -20,7 +20,7 @@ from scenes.cameras import VIEWS, View, frame_of
 from scenes.character import Person
 
 SEEDS = (0, 3, 10, 13, 18)
-SHOWN = (VIEWS[0], VIEWS[1], View("near", azimuth=12, elevation=2, extent=0.42, aim=(0.03, 0.075)))
+SHOWN = (VIEWS[0], VIEWS[1], View("near", azimuth=-12, elevation=2, extent=0.42, aim=(-0.03, 0.075)))
 TEXELS, SIDE, SPP = 2048, 1024, 64
 # Columns of a picture that heads fill.
 WIDTH = 640

@@ -13,6 +13,7 @@ from scenes.face.head import Head
 from scenes.face.sculpt import EYE
 from scenes.face.skin.noise import hashed, smooth, value_noise
 from scenes.face.skin.sampling import TexelGrid, at_texel
+from scenes.face.skin.strokes import area, stroke
 from scenes.face.skin.zones import beard, brow, scalp
 from scenes.face.traits import Traits
 
@@ -42,11 +43,11 @@ def _grow(texels: TexelGrid, person: Traits, cover: NDArray[np.float32]) -> None
     share = min(1.0, (FINE / texels.texel) ** 2)
     for j in range(grid.shape[0] - 2):
         for i in range(grid.shape[1] - 1):
-            area = _area(grid, j, i)
+            whole = area(grid, j, i) * share
             for kind in range(3):
                 if not _near(grid, j, i, kind, person):
                     continue
-                amount = area * share * DENSITY[kind] + hashed(j, i, kind, person.seed + 501)
+                amount = whole * DENSITY[kind] + hashed(j, i, kind, person.seed + 501)
                 for n in range(int(amount)):
                     number = person.seed + 503 + 97 * n + 11 * kind
                     row, column = j + hashed(j, i, 1, number), i + hashed(j, i, 2, number)
@@ -56,7 +57,7 @@ def _grow(texels: TexelGrid, person: Traits, cover: NDArray[np.float32]) -> None
                         continue
                     luck = hashed(j, i, 4, number), hashed(j, i, 5, number), hashed(j, i, 6, number)
                     length, bend = _growth(kind, p, luck, person, way)
-                    _stroke(texels, row, column, way, length, bend, THICKNESS[kind] / share, cover)
+                    stroke(texels, row, column, way, length, bend, THICKNESS[kind] / share, cover)
 
 
 @njit(cache=True, nogil=True)
@@ -126,7 +127,7 @@ def _lashes(texels: TexelGrid, rows: Rows, side: float, person: Traits, cover: N
             way[0], way[1], way[2] = side * (0.75 * s + 0.12 + group), lift, 0.0
             length = (0.15 if upper else 0.10) * (0.6 + 0.4 * luck[1]) * (1 + 0.25 * s) * (1 + 0.3 * person.female)
             root = margin + 0.35 * lift * (luck[1] - 0.5)
-            _stroke(texels, root, column, way, length, 0.35 * side * s, 0.0135 / share, cover)
+            stroke(texels, root, column, way, length, 0.35 * side * s, 0.0135 / share, cover)
 
 
 @njit(cache=True, nogil=True)
@@ -137,85 +138,3 @@ def _column_at(grid: NDArray[np.float32], row: int, x: float) -> float:
         if a[2] > 4 and a[0] <= x < b[0]:
             return i + (x - a[0]) / (b[0] - a[0])
     return grid.shape[1] / 2
-
-
-@njit(cache=True, nogil=True)
-def _stroke(
-    texels: TexelGrid,
-    row: float,
-    column: float,
-    way: NDArray[np.float64],
-    length: float,
-    bend: float,
-    thickness: float,
-    cover: NDArray[np.float32],
-) -> None:
-    """One hair from its root along ``way``, turned by ``bend`` radians in the x-y plane up to its thin tip."""
-    across, down = _tangents(texels.grid, row, column)
-    aa, ad, dd = _dot(across, across), _dot(across, down), _dot(down, down)
-    determinant = aa * dd - ad * ad
-    if determinant < 1e-9:
-        return
-    last = len(texels.row_of) - 1
-    # A texel's share of a cell of the grid.
-    per_column, per_row = (
-        last / (texels.column_of[-1] - texels.column_of[0]),
-        last / (texels.row_of[0] - texels.row_of[-1]),
-    )
-    # Where the chart is folded, a texel has no area to speak of.
-    area = max(np.sqrt(determinant) / (per_column * per_row), 0.2 * texels.texel * texels.texel)
-    steps = max(int(length / (0.5 * texels.texel)), 2)
-    ds = length / steps
-    for n in range(steps):
-        t = (n + 0.5) / steps
-        c, s = np.cos(bend * t), np.sin(bend * t)
-        d = c * way[0] - s * way[1], s * way[0] + c * way[1], way[2]
-        da, dn = _dot(d, across), _dot(d, down)
-        step_c, step_r = (dd * da - ad * dn) / determinant, (aa * dn - ad * da) / determinant
-        size = np.sqrt(max(step_c * step_c * aa + 2 * step_c * step_r * ad + step_r * step_r * dd, 1e-9))
-        column += ds * step_c / size
-        row += ds * step_r / size
-        _drop(
-            cover,
-            (texels.row_of[0] - row) * per_row,
-            (column - texels.column_of[0]) * per_column,
-            thickness * (1 - 0.75 * t * t) * ds / area,
-        )
-
-
-@njit(cache=True, nogil=True)
-def _drop(cover: NDArray[np.float32], y: float, x: float, amount: float) -> None:
-    """Add an amount to the four texels around a point."""
-    j, i = int(np.floor(y)), int(np.floor(x))
-    if j < 0 or i < 0 or j >= cover.shape[0] - 1 or i >= cover.shape[1] - 1:
-        return
-    v, u = y - j, x - i
-    cover[j, i] += amount * (1 - v) * (1 - u)
-    cover[j, i + 1] += amount * (1 - v) * u
-    cover[j + 1, i] += amount * v * (1 - u)
-    cover[j + 1, i + 1] += amount * v * u
-
-
-@njit(cache=True, nogil=True)
-def _tangents(
-    grid: NDArray[np.float32], row: float, column: float
-) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """How far a point moves for a column and for a row, cm."""
-    j, i = min(max(int(row), 0), grid.shape[0] - 2), min(max(int(column), 0), grid.shape[1] - 2)
-    a, b, c = grid[j, i], grid[j, i + 1], grid[j + 1, i]
-    return (
-        (float(b[0] - a[0]), float(b[1] - a[1]), float(b[2] - a[2])),
-        (float(c[0] - a[0]), float(c[1] - a[1]), float(c[2] - a[2])),
-    )
-
-
-@njit(cache=True, nogil=True)
-def _area(grid: NDArray[np.float32], j: int, i: int) -> float:
-    across, down = _tangents(grid, j, i)
-    aa, ad, dd = _dot(across, across), _dot(across, down), _dot(down, down)
-    return np.sqrt(max(aa * dd - ad * ad, 0.0))
-
-
-@njit(cache=True, nogil=True)
-def _dot(a: tuple[float, float, float], b: tuple[float, float, float]) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
