@@ -18,6 +18,7 @@ from render.llvm import start
 from render.metrics import UNITS
 from render.paired import Images
 from render.presence import face_triangles
+from render.scattering import spread
 from render.settings import Settings
 from render.shots import Shot, Studio, looks, repeat_of
 from render.skins import Skin, SkinMaps, upload
@@ -221,7 +222,12 @@ class _Run:
             neutral, face = self._character.meshes.neutral, face_triangles(self._character)
             self._studio = Studio(self._topology, neutral, face, self._settings, self._pool)
         self._studio.pose(self._character.mesh_vertices(name))
-        return self._studio, [upload(maps) for maps in skins]
+        return self._studio, [upload(maps, self._height) for maps in skins]
+
+    @property
+    def _height(self) -> float | None:
+        """Of the head on its chart, where light scatters in the skin."""
+        return spread(self._topology, self._character.meshes.neutral) if self._settings.material == "soft" else None
 
     def _inputs(self, name: str, skins: list[SkinMaps]) -> str:
         topology, character = self._topology, self._character

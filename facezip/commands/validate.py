@@ -34,7 +34,11 @@ REPORT_FILE = "report.json"
 @click.option("--config", type=options.FOLDER, metavar="FILE.toml", help="Settings: views, lights, samples, limits.")
 @click.option("--views", type=int, metavar="N", help="How many camera views.  [default: 2]")
 @click.option("--lights", type=int, metavar="N", help="How many light rigs.  [default: 2]")
-@click.option("--material", type=click.Choice(["skin", "diffuse"]), help="Material of the head.  [default: skin]")
+@click.option(
+    "--material",
+    type=click.Choice(["skin", "diffuse", "soft"]),
+    help="Material of the head.  [default: skin]",
+)
 @click.option(
     "--transport",
     type=click.Choice(["direct", "full"]),
