@@ -1,13 +1,14 @@
 """The ``facezip`` command: one verb a module in ``facezip.commands``, errors as one line and an exit code."""
 
 import io
-import json
 import logging
 import sys
 from importlib import import_module
 
 import click
 
+from facezip.documents.document import to_json
+from facezip.documents.error import ErrorDocument, Fault
 from facezip.errors import ExitCode, FaceZipError
 from facezip.files.muting import muted_stderr
 from facezip.machine.progress import show_progress
@@ -29,6 +30,7 @@ VERBS = {
     "layers": "A page of what each layer, weight map and mask does in which expression.",
     "info": "What a pack holds and what it costs.",
     "verify": "Check every byte of a pack.",
+    "schema": "The JSON Schema of what verbs answer with --json.",
     "paper": "The paper's table and figures on any character, with our methods beside its own.",
     "rates": "Error against GPU memory: packs, and block compression of every texture.",
     "bench": "What this project claims, measured on this machine.",
@@ -120,5 +122,5 @@ def _refused(code: str, message: str, status: int) -> int:
 def _answered(code: str, message: str, status: int) -> int:
     """The error for a program that asked for JSON; by the words as given, since they may be what is wrong."""
     if "--json" in sys.argv[1:]:
-        print(json.dumps({"error": {"code": code, "message": message}}, indent=1))
+        print(to_json(ErrorDocument(error=Fault(code=code, message=message))))
     return status

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from facezip.errors import ErrorCode, FaceZipError
+from render.limits import DEFAULT_THRESHOLDS, Limit, Thresholds
 from render.paired import TRANSPORTS, stratified
-from render.verdict import DEFAULT_THRESHOLDS, Limit, Thresholds
 from scenes.cameras import VIEWS, View
 from scenes.lights import RIGS
 from scenes.materials import MATERIALS
@@ -65,11 +65,9 @@ class Settings:
                 raise _bad(f"{name}: at least one is needed")
 
     @property
-    def resolved(self) -> dict[str, Any]:
-        """Every setting in plain data, as documents state it."""
-        plain = asdict(self)
-        plain["views"] = [{**view, "aim": list(view["aim"])} for view in plain["views"]]
-        return {**plain, "lights": list(self.lights), "max_spp": self.most}
+    def resolved(self) -> "Settings":
+        """Every setting, as documents state it."""
+        return replace(self, max_spp=self.most)
 
 
 def read_settings(path: Path | None, given: Mapping[str, Any]) -> Settings:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from facezip.pack.facts import several
+from facezip.pack.facts import maps_on_tiles
 from reports.metrics import FLOOR, METRICS, measured
 
 LABELS = {
@@ -51,8 +51,9 @@ def condition_rows(document: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 def _character(character: Mapping[str, Any]) -> str:
     height, width = character["resolution"]
+    several = maps_on_tiles(len(character["maps"]), len(character["tiles"]))
     return (
-        f"{character['name']}: {len(character['expressions'])} expressions{several(character)}, {width} × {height} "
+        f"{character['name']}: {len(character['expressions'])} expressions{several}, {width} × {height} "
         f"texels, {character['channels']} channels, {character['vertices']:,} vertices, {character['triangles']:,} "
         "triangles"
     )

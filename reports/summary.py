@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from facezip.pack.facts import maps_on_tiles
 from reports.cards import place
 from reports.figures import BarChart, Series, lying_bars, upright_bars
 from reports.metrics import BY_KEY, METRICS, MISSING, Metric, floor_text, measured, megabytes, noise_floors, number
@@ -151,8 +152,7 @@ def memory_table(document: Mapping[str, Any]) -> Table:
     columns = ("GPU memory, MB", "Saving", "On disk, MB", "Fetches a pixel", "Texture RMSE")
     height, width = document["character"]["resolution"]
     count = len(document["character"]["expressions"])
-    maps, places = (len(document["character"].get(key, [0])) for key in ("maps", "tiles"))
-    several = f", {maps} map{'s' * (maps > 1)} on {places} tile{'s' * (places > 1)}" if maps * places > 1 else ""
+    several = maps_on_tiles(*(len(document["character"].get(key, [0])) for key in ("maps", "tiles")))
     sizes = f"{width} × {height} texels{several}, at 8 bits a channel"
     caption = f"{count} expressions and the neutral, {sizes}; 1 MB is 10⁶ bytes."
     return Table(caption, "Stored as", columns, tuple(rows))

@@ -122,5 +122,5 @@ def _map_pattern(name: str, entry: Mapping[str, Any]) -> MapPattern:
         raise ValueError(
             f"maps.{name}: encoding is one of {', '.join(ENCODINGS)}; green is up or down; float is true or false"
         )
-    kind = Map(name, str(encoding), -1.0 if encoding == "normal" else 0.0, 1.0)
+    kind = Map(name, encoding, -1.0 if encoding == "normal" else 0.0, 1.0)
     return MapPattern(kind, stated["files"], keeps_floats, green == "down")

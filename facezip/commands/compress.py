@@ -11,6 +11,7 @@ import click
 from facezip.commands import options
 from facezip.commands.fit_options import GOALS, check_together, fit_options, request_of
 from facezip.commands.words import cleaning_words, error_words, masks_words, megabytes, memory_words
+from facezip.fit.documents import CompressDocument
 from facezip.fit.pipeline import compress_into
 from facezip.machine.memory import beside, limited
 from facezip.pack.facts import several
@@ -74,18 +75,18 @@ def _locks(pairs: Iterable[str], given: Mapping[str, Any]) -> dict[str, Path]:
     return found
 
 
-def _lines(document: Mapping[str, Any]) -> list[str]:
+def _lines(document: CompressDocument) -> list[str]:
     blocks, plain = memory_words(document)
-    each = " each" * (len(document["maps"]) > 1)
+    each = " each" * (len(document.maps) > 1)
     return [
-        f"{document['pack']}: {len(document['expressions'])} expressions{several(document)} in "
-        f"{document['differences']} difference textures{each}, method {document['method']}, "
-        f"{document['seconds']:.1f} s",
-        *(f"  cleaned    {line}" for line in cleaning_words(document.get("cleaning", {}))),
-        *(f"  {name:<10} {error_words(found)} ({document['region']})" for name, found in document["errors"].items()),
-        *([f"  masks      {masks_words(document['masks'])}"] if document["masks"] else []),
-        *([f"  chosen     {document['choice']['reason']}"] if "choice" in document else []),
+        f"{document.pack}: {len(document.expressions)} expressions{several(document)} in "
+        f"{document.differences} difference textures{each}, method {document.method}, "
+        f"{document.seconds:.1f} s",
+        *(f"  cleaned    {line}" for line in cleaning_words(document.cleaning)),
+        *(f"  {name:<10} {error_words(found)} ({document.region})" for name, found in document.errors.items()),
+        *([f"  masks      {masks_words(document.masks)}"] if document.masks else []),
+        *([f"  chosen     {document.choice.reason}"] if document.choice else []),
         f"  GPU        {blocks}",
         f"             {plain}",
-        f"  on disk    {megabytes(document['bytes_on_disk'])}, geometry {megabytes(document['bytes_geometry'])} of it",
+        f"  on disk    {megabytes(document.bytes_on_disk)}, geometry {megabytes(document.bytes_geometry)} of it",
     ]

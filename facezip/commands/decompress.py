@@ -1,6 +1,9 @@
 """``facezip decompress``: textures out of a pack, of expressions or of a blend."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import click
 
@@ -8,6 +11,7 @@ from facezip.character.folder import file_name, write_map
 from facezip.character.maps import Map
 from facezip.character.scans import unknown
 from facezip.commands import options
+from facezip.documents.document import Document
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.writing import whole_folder
 from facezip.machine.memory import beside, limited
@@ -17,6 +21,21 @@ from facezip.pack.model import CompressedTextures
 from facezip.pack.read import read_pack
 
 BLEND_FILE = "blend"
+
+
+@dataclass(frozen=True, kw_only=True)
+class DecompressDocument(Document):
+    """What ``facezip decompress`` wrote.
+
+    Attributes
+    ----------
+    output : the folder.
+    textures : names of the files in it.
+    """
+
+    format: Literal["facezip-decompress/1"] = "facezip-decompress/1"
+    output: str
+    textures: Sequence[str]
 
 
 @click.command("decompress")
@@ -43,7 +62,7 @@ def command(
     """
     with limited(memory, beside(output)):
         textures = _decompress(pack, output, names, blend, overwrite)
-    document = {"output": str(output), "textures": textures}
+    document = DecompressDocument(output=str(output), textures=textures)
     options.answer(document, as_json, lambda: [f"{output}: {len(textures)} texture(s)"])
 
 

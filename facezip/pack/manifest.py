@@ -3,12 +3,12 @@
 import hashlib
 import json
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Any, Final, Literal
 
-from facezip.character.maps import Key, Map
+from facezip.character.maps import Encoding, Key, Map
 from facezip.pack.footprint import SLOTS_PER_LAYER, Footprint, Texture
 
-FORMAT = "facezip-pack/3"
+FORMAT: Final = "facezip-pack/3"
 FILE_NAME = "manifest.json"
 HEAD_FILE = "head.glb"
 ACTIVATIONS_FILE = "activations.f16"
@@ -34,7 +34,7 @@ class MapEntry:
     """
 
     name: str
-    encoding: str
+    encoding: Encoding
     range: tuple[float, float]
     channels: int
 
@@ -187,3 +187,17 @@ class Manifest:
             del whole["masks"]
         blank = json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False).encode() + b"\n"
         return blank.replace(b"0" * 64, hashlib.sha256(blank).hexdigest().encode(), 1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ManifestFile(Manifest):
+    """``manifest.json`` as it stands in a pack.
+
+    Attributes
+    ----------
+    sha256 : of all bytes of the file with the digits of this field set to 0.
+    format : the version of packs.
+    """
+
+    sha256: str
+    format: Literal["facezip-pack/3"] = FORMAT
