@@ -1,9 +1,10 @@
-"""``python -m tests.documents.make``: write the published schemas anew, after a document has changed."""
+"""``python -m tests.documents.make``: write schemas and their TypeScript anew, after a document has changed."""
 
 import json
 
 from facezip.documents.published import PUBLISHED, SCHEMAS, kind_of
 from facezip.documents.schema import schema_of
+from tests.documents.typescript import FILE, types
 
 
 def made(name):
@@ -16,3 +17,4 @@ if __name__ == "__main__":
         path.unlink()
     for name in PUBLISHED:
         (SCHEMAS / f"{name}.json").write_text(made(name), encoding="utf-8")
+    FILE.write_text(types(), encoding="utf-8")

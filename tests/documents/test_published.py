@@ -21,6 +21,7 @@ from facezip.pack.write import write_pack
 from facezip.viewer.scene import read_scene
 from tests.documents.checked import check
 from tests.documents.make import made
+from tests.documents.typescript import FILE, types
 from tests.facezip.conftest import random_character
 from tests.facezip.surfaces import random_surface
 from tests.test_layered_commands import run
@@ -36,6 +37,11 @@ def test_a_schema_is_that_of_its_document_and_says_its_format(name):
         (said,) = get_args(get_type_hints(one)["format"])
         assert said.startswith(f"facezip-{name}/")
         assert one.format == said
+
+
+def test_the_viewer_s_types_are_those_of_its_documents():
+    """``make viewer`` checks the viewer against them."""
+    assert FILE.read_text(encoding="utf-8") == types()
 
 
 def test_nothing_else_is_published():
