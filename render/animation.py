@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
@@ -125,9 +124,12 @@ def _means(frames: Sequence[Frame]) -> FrameMeans:
 
 
 def _mean_errors(errors: Sequence[MapErrors]) -> MapErrors:
-    stated = [key for key, value in vars(errors[0]).items() if value is not None]
-    means: dict[str, Any] = {key: float(np.mean([getattr(one, key) for one in errors])) for key in stated}
-    return MapErrors(**means)
+    def mean(key: str) -> float | None:
+        return None if getattr(errors[0], key) is None else float(np.mean([getattr(one, key) for one in errors]))
+
+    return MapErrors(
+        rmse=mean("rmse"), angular_error=mean("angular_error"), angular_error_rms=mean("angular_error_rms")
+    )
 
 
 def _measured(images: Images) -> ImageMetrics:

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from facezip.documents.document import Toml
 from facezip.errors import ErrorCode, FaceZipError
 from render.limits import DEFAULT_THRESHOLDS, Limit, Thresholds
 from render.paired import TRANSPORTS, stratified
@@ -89,7 +90,7 @@ def read_settings(path: Path | None, given: Mapping[str, Any]) -> Settings:
     return settings
 
 
-def _parsed(path: Path) -> dict[str, Any]:
+def _parsed(path: Path) -> Toml:
     if not path.is_file():
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such settings; write them or leave --config out")
     try:

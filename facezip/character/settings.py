@@ -8,6 +8,7 @@ from typing import Any
 
 from facezip.character.maps import ENCODINGS, KNOWN, Map, is_map_name
 from facezip.character.placement import Placement
+from facezip.documents.document import Toml
 from facezip.errors import ErrorCode, FaceZipError, Refuse, raised
 from facezip.files.reading import reading
 
@@ -84,7 +85,7 @@ def read_settings(folder: Path, refuse: Refuse = raised) -> Settings:
         raise _bad(path, error) from None
 
 
-def _document(path: Path) -> dict[str, Any]:
+def _document(path: Path) -> Toml:
     if not path.is_file():
         return {}
     if path.stat().st_size > MAX_SETTINGS:
@@ -111,7 +112,7 @@ def _patterns(document: Mapping[str, Any]) -> Patterns:
 
 def _map_pattern(name: str, entry: Mapping[str, Any]) -> MapPattern:
     known = KNOWN.get(name, Map(name, "data"))
-    stated: dict[str, Any] = {"files": None, "encoding": known.encoding, "float": False, "green": "up"}
+    stated: Toml = {"files": None, "encoding": known.encoding, "float": False, "green": "up"}
     if not is_map_name(name):
         raise ValueError(f"a map cannot be called '{name}'; use small letters, digits and _")
     if odd := {*entry} - {*stated}:

@@ -9,6 +9,8 @@ from typing import Any, TypeVar
 D = TypeVar("D")
 # A document as :func:`plain` gives it, for pages that show what is written.
 Data = Mapping[str, Any]
+# A TOML file as people wrote it, or a table of it: whoever reads it checks it.
+Toml = dict[str, Any]
 
 
 @dataclass(frozen=True, kw_only=True)

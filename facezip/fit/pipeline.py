@@ -23,6 +23,7 @@ from facezip.fit.settings import Settings, made_with
 from facezip.names import printable
 from facezip.pack.errors import pack_errors
 from facezip.pack.facts import pack_facts
+from facezip.pack.manifest import MadeWith
 from facezip.pack.model import CompressedTextures
 from facezip.pack.parsing import read_manifest
 from facezip.pack.verification import is_pack
@@ -63,7 +64,7 @@ class Request:
         return {name: value for name, value in goals.items() if value is not None}
 
     @property
-    def stated(self) -> dict[str, Any]:
+    def stated(self) -> MadeWith:
         """What a pack says of how it was made."""
         stated = made_with(self.method, asdict(self.settings)) | self.goals
         if self.map_weights:
@@ -117,10 +118,17 @@ def compress_into(
         stated |= {"differences": choice.trial.differences, "weight_scale": choice.trial.weight_scale}
     else:
         settings = asdict(request.settings)
-        weighted: dict[str, Any] = {"importance": importance, "map_weights": request.map_weights}
         slots = min(request.settings.differences, len(scans.expressions))
         locks = read_locks(request.locks, scans, slots)
-        model = compress(scans, request.method, **settings, given_masks=given, locks=locks, **weighted)
+        model = compress(
+            scans,
+            request.method,
+            **settings,
+            given_masks=given,
+            locks=locks,
+            importance=importance,
+            map_weights=request.map_weights,
+        )
     measured = write_measured(scans, model, output, overwrite, stated)
     return CompressDocument(
         **vars(measured),

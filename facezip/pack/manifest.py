@@ -14,6 +14,12 @@ HEAD_FILE = "head.glb"
 ACTIVATIONS_FILE = "activations.f16"
 
 
+# How a pack was made, in words and numbers by name: for people, whatever is there; readers ignore it.
+MadeWith = dict[str, Any]
+# The JSON of a manifest, or of a part, as it is read: checked afterwards.
+Fields = dict[str, Any]
+
+
 @dataclass(frozen=True)
 class StoredFile:
     """Length in bytes and SHA-256 (hexadecimal) of one file of the pack."""
@@ -154,7 +160,7 @@ class Manifest:
     uniform_weights: tuple[tuple[float, ...], ...]
     geometry: GeometryEntry | None
     masks: MasksEntry | None = None
-    made_with: dict[str, Any] = field(default_factory=dict)
+    made_with: MadeWith = field(default_factory=dict)
     files: dict[str, StoredFile] = field(default_factory=dict)
 
     @property

@@ -11,6 +11,7 @@ from reports.paper.experiments import Settings
 from reports.paper.report import write_paper_report
 from reports.paper.reproduction import reproduce
 from reports.paper.sections import sections
+from tests.documents.checked import check
 from tests.facezip.conftest import random_character
 from tests.reports.test_validation import Page
 
@@ -48,6 +49,7 @@ def test_every_plot_comes_for_wide_pages_and_for_telephones(document, tmp_path):
 def test_json_beside_the_page_holds_the_document(document, tmp_path):
     write_paper_report(document, tmp_path)
     stored = json.loads((tmp_path / "paper.json").read_text(encoding="utf-8"))
+    assert check(stored) == "paper"
     keys = {"table_1", "figure_6", "figure_7_convergence", "figure_7_masks", "findings", "conditions", "character"}
     assert keys <= set(stored)
     assert stored["figure_6"] == plain(document.figure_6)

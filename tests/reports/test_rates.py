@@ -19,6 +19,7 @@ from reports.rates.comparison import compare, envelope, in_use
 from reports.rates.families import FAMILIES, RAW, tried
 from reports.rates.points import Pack, Point, Textures
 from reports.rates.report import write_rates_report
+from tests.documents.checked import check
 from tests.facezip.conftest import random_character
 from tests.facezip.surfaces import random_surface
 from tests.reports.test_validation import Page
@@ -171,6 +172,7 @@ def test_the_page_loads_nothing_but_itself_and_names_run_nothing(document, tmp_p
 def test_json_beside_the_page_holds_the_document(document, tmp_path):
     write_rates_report(document, tmp_path)
     stored = json.loads((tmp_path / "rates.json").read_text(encoding="utf-8"))
+    assert check(stored) == "rates"
     assert stored["rounds"] == plain(document.rounds)
     assert [one["expressions"] for one in stored["rounds"]] == [5, 7]
     assert stored["findings"]

@@ -37,7 +37,7 @@ def test_texels_count_by_their_mask(character):
 
 def test_one_grey_level_everywhere_is_an_error_of_one(character):
     errors = texture_errors(character, lambda name, _: character.texture(name) + np.float32(1 / 255))
-    assert errors["albedo"]["rmse"] == pytest.approx(1, rel=1e-4)
+    assert errors["albedo"].rmse == pytest.approx(1, rel=1e-4)
 
 
 def test_the_mean_is_over_expressions():
@@ -84,7 +84,7 @@ def test_a_tile_whose_mask_is_black_has_no_say(surface):
     errors = texture_errors(
         half, lambda name, key: cut.texels(name, key) if key[1] == 1001 else cut.stacks[key].neutral
     )
-    assert errors["albedo"]["rmse"] == 0
+    assert errors["albedo"].rmse == 0
 
 
 @pytest.mark.parametrize(("method", "dtype"), [("refined", np.uint8), ("pca", np.uint16)])
