@@ -51,7 +51,7 @@ def write_animation_report(document: AnimationDocument, images: Sequence[Images]
     return write_page(
         folder / PAGE,
         "animation.html",
-        document={**data, "findings": _findings(data)},
+        document={**data, "findings": plain(_findings(data))},
         data_name=DATA,
         loop_name=LOOP,
         loop="data:image/webp;base64," + base64.b64encode(loop).decode("ascii"),

@@ -204,7 +204,7 @@ def _viewer_page(folder: Path) -> Path:
     names = tuple(name for name in _names(len(HOSTILE)) if is_safe_name(name))
     model = replace(random_model(expressions=len(names), meshes=True), expressions=names)
     write_pack(model, folder / "h.facezip", name=MARKUP[1], made_with={MARKUP[0]: MARKUP[7]})
-    return Path(export_web(folder / "h.facezip", folder / "index.html")["output"])
+    return Path(export_web(folder / "h.facezip", folder / "index.html").output)
 
 
 PAGES = {"paper": _paper_page, "rates": _rates_page, "validate": _validation_page, "the viewer": _viewer_page}

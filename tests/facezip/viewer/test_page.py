@@ -28,7 +28,7 @@ def hostile(tmp_path):
 
 
 def test_names_come_through_as_they_are_and_end_no_element(hostile, bundle, tmp_path):
-    page = export_web(hostile, tmp_path / "a.html")["output"]
+    export_web(hostile, tmp_path / "a.html")
     page = (tmp_path / "a.html").read_text()
     document = json.loads(block(page, "scene.json"))
     assert document["expressions"] == list(HOSTILE)
