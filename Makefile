@@ -6,13 +6,26 @@ BIN := .venv/bin
 BLENDER ?= 4.5.15
 BLENDER_PYTHON ?= python3.11
 
-.PHONY: demo test engines trust lint viewer lock clean
+.PHONY: demo test docs pictures engines trust lint viewer lock clean
 
 demo: .venv/ready
 	$(BIN)/facezip demo -o out/demo --overwrite
 
 test: .venv/ready
 	$(BIN)/python -m pytest -rs --numprocesses auto --dist loadfile
+
+# The site, out/site/index.html: strictly, so that a dead link or anchor is an error.
+docs: .venv/ready
+	$(BIN)/python -m reports.site
+
+# The pictures of the documentation anew, of the demo's head: after a change of the head, the renderer or the pages.
+SCANS_AND_PACK := out/demo/character out/demo/character.facezip
+pictures: demo
+	$(BIN)/facezip animate $(SCANS_AND_PACK) -o out/talk --resolution 288 --overwrite
+	cp out/talk/animation.webp docs/talking.webp
+	$(BIN)/python -m reports.portrait $(SCANS_AND_PACK) docs/portrait.webp
+	$(BIN)/python -m reports.portrait $(SCANS_AND_PACK) docs/maps.webp side
+	$(BIN)/python -m tests.browser.pictures out/demo docs
 
 # Exports in Blender, USD and MaterialX, and the verdict of the demo once more in Cycles: tens of minutes.
 engines: .venv/ready .venv-engines/ready
@@ -49,7 +62,7 @@ viewer: .venv/ready
 
 # Pins the dependencies of pyproject.toml for every Python from 3.11 on, with hashes and without addresses.
 lock:
-	uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --fork-strategy fewest \
+	uv pip compile pyproject.toml --extra dev --extra docs --universal --python-version 3.11 --fork-strategy fewest \
 	  --generate-hashes --no-emit-index-url --no-annotate --no-header --output-file requirements.txt
 
 clean:

@@ -14,26 +14,26 @@ from facezip.files.muting import muted_stderr
 from facezip.machine.progress import show_progress
 
 VERBS = {
-    "demo": "The main job on the embedded character: compress, render, report.",
-    "compress": "A character in, a pack out.",
-    "extend": "New expressions into a pack; what has been shipped of it keeps its bytes.",
-    "batch": "Many characters, on all cores or on a cluster; what is finished stays finished.",
-    "doctor": "What is read from which file, what is unusual, and what to do about it.",
-    "check": "Is every expression registered to the neutral; before it is compressed.",
-    "importance": "Which texels the cameras look at, as a weight of the fit.",
-    "validate": "Render a character against packs of it, and report the difference.",
-    "animate": "A face in motion, original against compressed, frame by frame.",
-    "decompress": "Textures out of a pack, of expressions or of a blend.",
-    "rig": "Scans and a template in, the person's own shapes and a pack that blends them out.",
-    "view": "The head on the screen: sliders, poses, maps, costs; in the browser.",
-    "export": "A pack in the form that an engine or a browser takes.",
-    "layers": "A page of what each layer, weight map and mask does in which expression.",
-    "info": "What a pack holds and what it costs.",
+    "demo": "Make a head, compress it, render both sides, write a report.",
+    "compress": "Compress a character into a pack.",
+    "extend": "Add expressions to a pack. Its textures keep their bytes.",
+    "batch": "Compress many characters, on all cores or on a cluster.",
+    "doctor": "Say what is read from which file, what is unusual, and what to do.",
+    "check": "Check that every expression is registered to the neutral.",
+    "importance": "Find out how much each texel shows in renders, as a weight for the fit.",
+    "validate": "Render scans and packs side by side, and report the difference.",
+    "animate": "Render a moving face, original and compressed, and report every frame.",
+    "decompress": "Write the textures of a pack: of expressions, or of a blend.",
+    "rig": "Turn scans into the shapes of a template, such as ARKit's 52.",
+    "view": "Show the head in the browser: sliders, poses, maps, costs.",
+    "export": "Export a pack to an engine or a web page.",
+    "layers": "Make a page that shows what each layer, weight map and mask does.",
+    "info": "Show what a pack holds and costs.",
     "verify": "Check every byte of a pack.",
-    "schema": "The JSON Schema of what verbs answer with --json.",
-    "paper": "The paper's table and figures on any character, with our methods beside its own.",
-    "rates": "Error against GPU memory: packs, and block compression of every texture.",
-    "bench": "What this project claims, measured on this machine.",
+    "schema": "Print the JSON Schema of what a command prints with --json.",
+    "paper": "Repeat the paper's table and figures, with our methods beside.",
+    "rates": "Plot error against GPU memory, beside BC1, BC7 and ASTC.",
+    "bench": "Measure what this project claims, on this machine.",
 }
 
 EXIT_CODES = "\b\nExit codes\n" + "\n".join(f"  {code.value}  {code.meaning}" for code in ExitCode)
@@ -70,10 +70,10 @@ class _Verbs(click.Group):
 )
 @click.version_option(package_name="facezip", message="facezip %(version)s")
 def facezip() -> None:
-    """Compress the textures of facial blendshapes, and prove in path-traced images that it cannot be seen.
+    """Compress the textures of facial blendshapes, and show in path-traced images what it costs.
 
-    N expression textures of one person become one neutral, a few difference textures and N small weight maps that a
-    game shader blends in six fetches.
+    N expression textures of one person become one neutral, a few difference textures and N small weight maps. A
+    shader blends them in six fetches.
     """
 
 

@@ -25,9 +25,11 @@ from tests.facezip.conftest import ALBEDO_KEY
 from tests.facezip.export.conftest import layered_model, smooth_model
 from tests.facezip.export.gains import regions_in
 
-# The page for browsers has tests of its own: tests/browser and tests/test_view_command.py.
+# Tests of their own have the page for browsers (tests/browser, tests/test_view_command.py) and exports of layers
+# (tests/facezip/export/test_layers.py), which take few packs.
 BUILT = pytest.mark.skipif(not (BUNDLE / "three").is_dir(), reason="the viewer is not built; run 'make viewer'")
-ENGINES = {name: BUILT if name == "three" else () for name in TARGETS if name != "web"}
+OTHERS = ("web", "metahuman", "o3de")
+ENGINES = {name: BUILT if name == "three" else () for name in TARGETS if name not in OTHERS}
 NASTY = ("<img src=x onerror=alert(1)>", "$(touch owned)", '";DROP', "`id`", "sourire à 50 %")
 
 

@@ -76,6 +76,38 @@ def test_what_was_there_stays_byte_for_byte(folder, whole, method):
     np.testing.assert_allclose(after.meshes.vertices[5:], whole.meshes.vertices[5:], atol=1e-3)
 
 
+@pytest.mark.parametrize("suffix", ["", ".glb"])
+@pytest.mark.parametrize("method", METHODS)
+def test_one_new_expression_alone_gets_what_it_gets_beside_others(tmp_path, method, suffix):
+    scans, packs = random_character(side=64, expressions=6), {}
+    for name, numbers in (("first", (0, 1, 2, 3)), ("one", (4,)), ("two", (4, 5))):
+        save_character(some(scans, *numbers), tmp_path / f"{name}{suffix}")
+    old, options = tmp_path / "old.facezip", ("--differences", 3, *METHODS[method])
+    assert run("compress", tmp_path / f"first{suffix}", "-o", old, *options).returncode == 0
+    for name in ("one", "two"):
+        path = tmp_path / f"{name}.facezip"
+        done = run("extend", old, tmp_path / f"{name}{suffix}", "-o", path, "--quick")
+        assert done.returncode == 0, done.stderr
+        packs[name] = read_pack(path)
+    np.testing.assert_allclose(packs["one"].weights[1001][4], packs["two"].weights[1001][4], atol=1e-5)
+    if method == "masks":
+        # An expression is K · R numbers of two bytes.
+        files = [read_manifest(path).files["activations.f16"].bytes for path in (old, tmp_path / "one.facezip")]
+        assert files[1] - files[0] == 2 * 9 * 3
+
+
+def test_a_folder_without_an_expression_is_refused_and_one_is_too_few_for_a_pack(folder, whole, tmp_path):
+    save_character(some(whole, 5), tmp_path / "one")
+    refused = run("compress", tmp_path / "one", "-o", tmp_path / "a.facezip")
+    assert refused.returncode == ExitCode.BAD_INPUT
+    assert "1 expression(s); at least two besides the neutral" in refused.stderr
+    for file in (tmp_path / "one").glob("expr_5*"):
+        file.unlink()
+    none = run("extend", folder / "refined.facezip", tmp_path / "one", "-o", tmp_path / "a.facezip")
+    assert none.returncode == ExitCode.BAD_INPUT
+    assert "0 expression(s); at least one besides the neutral" in none.stderr
+
+
 def test_numbers_of_uniform_weights_are_those_of_least_squares(tmp_path):
     scans = random_character(side=32, expressions=7)
     save_character(some(scans, 0, 1, 2, 3, 4), tmp_path / "first")

@@ -97,7 +97,7 @@ def test_what_takes_a_pack_takes_it(folder):
         (("--given-masks", "DIR", "--method", "paper"), "--method masks, not paper"),
         (("--given-masks", "DIR", "--masks", 9), "leave them out"),
         (("--given-masks", "DIR", "--target-rmse", 2), "need --method refined"),
-        (("--method", "masks", "--memory", "2G"), "--memory needs"),
+        (("--method", "paper", "--memory", "2G"), "--memory needs --method refined or pca or masks"),
     ],
     ids=str,
 )

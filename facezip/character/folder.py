@@ -35,9 +35,11 @@ from facezip.machine.rows import by_rows, map_rows
 from facezip.names import printable
 
 
-def load_folder(folder: Path, settings: Settings, keep_floats: bool, maps: tuple[str, ...] | None) -> Character:
+def load_folder(
+    folder: Path, settings: Settings, keep_floats: bool, maps: tuple[str, ...] | None, fewest: int
+) -> Character:
     """Read a folder as its ``character.toml`` says; the rest as of :func:`facezip.load_character`."""
-    layout = read_layout(folder, settings)
+    layout = read_layout(folder, settings, fewest=fewest)
     if maps is not None:
         layout = replace(layout, maps=tuple(how for how in layout.maps if how.kind.name in maps))
     if keep_floats:

@@ -91,8 +91,8 @@ def face_of(parts: Sequence[Part], wanted: str | None, rank: Callable[[Part], in
 def _check_targets(part: Part) -> None:
     if not part.names:
         raise GlbFault("its morph targets have no names of their own (extras.targetNames); name them and export again")
-    if not 2 <= len(part.names) <= MAX_EXPRESSIONS:
-        raise GlbFault(f"{len(part.names)} morph target(s); 2 to {MAX_EXPRESSIONS} besides the neutral")
+    if len(part.names) > MAX_EXPRESSIONS:
+        raise GlbFault(f"{len(part.names)} morph targets; at most {MAX_EXPRESSIONS} besides the neutral")
 
 
 def _target_names(glb: Glb, mesh: dict[str, Any], primitive: dict[str, Any]) -> tuple[str, ...]:

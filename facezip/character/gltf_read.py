@@ -18,7 +18,7 @@ from facezip.character.maps import KNOWN
 from facezip.character.meshes import Meshes
 from facezip.character.notes import Note
 from facezip.character.parts import listed
-from facezip.character.scans import NEUTRAL, Character, check_names
+from facezip.character.scans import NEUTRAL, Character, at_least, check_names
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.glb import COMPRESSED_VIEWS, Glb, GlbFault
 from facezip.machine import memory
@@ -32,7 +32,7 @@ _SHADING = "KHR_materials_"
 WHITE = 254.5 / 255
 
 
-def load_gltf(path: Path, name: str, part: str | None, maps: tuple[str, ...] | None) -> Character:
+def load_gltf(path: Path, name: str, part: str | None, maps: tuple[str, ...] | None, fewest: int) -> Character:
     """Read a character from the face of a glTF, binary or with files beside it.
 
     The texture of a target is that of the material variant of its name, or else of a material, texture or image of its
@@ -45,6 +45,7 @@ def load_gltf(path: Path, name: str, part: str | None, maps: tuple[str, ...] | N
     name : what the character is called.
     part : the name of the mesh, node or material that is the face; None to find it by its textures.
     maps : names of the maps that are wanted; None for all.
+    fewest : expressions that there have to be.
 
     Raises
     ------
@@ -60,7 +61,7 @@ def load_gltf(path: Path, name: str, part: str | None, maps: tuple[str, ...] | N
         _check_version(glb)
         held = _held(path, *_linked_buffers(glb))
         memory.check(0, held)
-        return _Reading(path, glb, part, held).character(name, maps)
+        return _Reading(path, glb, part, held).character(name, maps, fewest)
     except GlbFault as fault:
         raise FaceZipError(ErrorCode.UNREADABLE_MESH, f"{path}: {fault}") from None
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError, IndexError) as error:
@@ -82,7 +83,7 @@ class _Reading:
         if others := [called[id(other)] for other in parts if other is not self._part]:
             self._note(f"the face is '{called[id(self._part)]}'; left out: {listed(others)}")
 
-    def character(self, name: str, maps: tuple[str, ...] | None) -> Character:
+    def character(self, name: str, maps: tuple[str, ...] | None, fewest: int) -> Character:
         neutral = self._neutral_look()
         mask, stated = self._looks.of(MASK), {one: self._looks.of(one) for one in self._part.names}
         placement = Placement() if neutral.colours is None else neutral.colours.placement
@@ -90,7 +91,7 @@ class _Reading:
         meshes, done = read_mesh(self._glb, self._part, placement)
         for words in done:
             self._note(words)
-        names, meshes = self._expressions(meshes)
+        names, meshes = self._expressions(meshes, fewest)
         check_names(names, self._path)
         looks = {NEUTRAL: neutral, **{one: self._look(one) for one in names}}
         self._note_what_is_left_out([look.material for look in looks.values()])
@@ -132,7 +133,7 @@ class _Reading:
             )
         return look
 
-    def _expressions(self, meshes: Meshes) -> tuple[tuple[str, ...], Meshes]:
+    def _expressions(self, meshes: Meshes, fewest: int) -> tuple[tuple[str, ...], Meshes]:
         """Targets without those that are the neutral: called so, and moving nothing."""
         kept = []
         for number, name in enumerate(self._part.names):
@@ -140,8 +141,8 @@ class _Reading:
                 self._note(f"'{name}' moves nothing and is taken for the neutral")
             else:
                 kept.append(number)
-        if len(kept) < 2:
-            raise GlbFault(f"{len(kept)} morph target(s) that move it; at least two besides the neutral")
+        if len(kept) < fewest:
+            raise GlbFault(f"{len(kept)} morph target(s) that move it; {at_least(fewest)}")
         names = tuple(self._part.names[number] for number in kept)
         return names, Meshes(meshes.topology, meshes.neutral, meshes.vertices[kept])
 

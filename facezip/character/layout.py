@@ -16,7 +16,7 @@ from facezip.character.filenames import MASK, is_litter, readings, within
 from facezip.character.maps import ALBEDO, KNOWN, Map
 from facezip.character.notes import Note
 from facezip.character.patterns import files_below, matching
-from facezip.character.scans import NEUTRAL
+from facezip.character.scans import FEWEST, NEUTRAL, at_least
 from facezip.character.settings import SETTINGS, Patterns, Settings
 from facezip.character.tiles import FIRST_TILE
 from facezip.errors import ErrorCode, FaceZipError, Refuse, raised
@@ -87,7 +87,7 @@ class Layout:
         return tuple(sorted(tile for name, tile in self.maps[0].files if name == NEUTRAL))
 
 
-def read_layout(folder: Path, settings: Settings, refuse: Refuse = raised) -> Layout:
+def read_layout(folder: Path, settings: Settings, refuse: Refuse = raised, fewest: int = FEWEST) -> Layout:
     """The files of a character folder; a texture that ``refuse`` does not raise an error for is left out.
 
     Parameters
@@ -95,12 +95,13 @@ def read_layout(folder: Path, settings: Settings, refuse: Refuse = raised) -> La
     folder : which.
     settings : what its ``character.toml`` says.
     refuse : takes the errors of single images.
+    fewest : expressions that there have to be.
 
     Raises
     ------
     FaceZipError
-        ``MISSING_FILE`` for a mesh, or a map of an expression on a tile, that others have; ``BAD_CHARACTER`` for
-        patterns that are none, two files for one texture, or no albedo.
+        ``MISSING_FILE`` for a mesh, or a map of an expression on a tile, that others have; ``TOO_FEW_EXPRESSIONS``;
+        ``BAD_CHARACTER`` for patterns that are none, two files for one texture, or no albedo.
     """
     if not folder.is_dir():
         what = "is a file" if folder.exists() else "no such folder"
@@ -110,7 +111,7 @@ def read_layout(folder: Path, settings: Settings, refuse: Refuse = raised) -> La
         raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{folder}: {reason}")
     with reading(folder):
         patterns = settings.patterns
-        layout = _by_custom(folder, refuse) if patterns is None else _by_patterns(folder, patterns)
+        layout = _by_custom(folder, refuse, fewest) if patterns is None else _by_patterns(folder, patterns, fewest)
         layout = replace(layout, part=settings.part)
         _check_complete(layout, refuse)
     return _with_fitting_masks(layout)
@@ -127,9 +128,9 @@ def holds_neutral(folder: Path) -> bool:
         return False
 
 
-def _by_custom(folder: Path, refuse: Refuse) -> Layout:
+def _by_custom(folder: Path, refuse: Refuse, fewest: int) -> Layout:
     meshes, owners, notes_on_names = meshes_in(folder)
-    _check_meshes(folder, meshes)
+    _check_meshes(folder, meshes, fewest)
     materials = images_by_material(folder)
     found = files_by_custom(folder, meshes, owners, materials, refuse)
     maps = {name: MapFiles(KNOWN[name], files) for name, files in found.maps.items()}
@@ -138,7 +139,7 @@ def _by_custom(folder: Path, refuse: Refuse) -> Layout:
     return Layout(folder, found.meshes, albedo_first, found.masks, found.numbered, materials, notes=notes)
 
 
-def _by_patterns(folder: Path, patterns: Patterns) -> Layout:
+def _by_patterns(folder: Path, patterns: Patterns, fewest: int) -> Layout:
     files = files_below(folder)
     try:
         found = {name: matching(folder, files, stated.files) for name, stated in patterns.maps.items()}
@@ -150,7 +151,7 @@ def _by_patterns(folder: Path, patterns: Patterns) -> Layout:
     meshes: dict[str, Path] = {}
     for name, file in called.items():
         put(meshes, owners[folded(name)], file, "mesh")
-    _check_meshes(folder, meshes)
+    _check_meshes(folder, meshes, fewest)
     maps = {}
     for map, (caught, _) in found.items():
         stated = patterns.maps[map]
@@ -226,14 +227,12 @@ def _with_fitting_masks(layout: Layout) -> Layout:
     return replace(layout, masks=masks, notes=tuple(notes))
 
 
-def _check_meshes(folder: Path, meshes: dict[str, Path]) -> None:
+def _check_meshes(folder: Path, meshes: dict[str, Path], fewest: int) -> None:
     if NEUTRAL not in meshes:
         raise _without_neutral(folder, meshes)
-    if len(meshes) < 3:
-        raise FaceZipError(
-            ErrorCode.TOO_FEW_EXPRESSIONS,
-            f"{folder}: {len(meshes) - 1} expression(s); at least two besides the neutral",
-        )
+    if len(meshes) <= fewest:
+        reason = f"{len(meshes) - 1} expression(s); {at_least(fewest)}"
+        raise FaceZipError(ErrorCode.TOO_FEW_EXPRESSIONS, f"{folder}: {reason}")
 
 
 def _without_neutral(folder: Path, meshes: dict[str, Path]) -> FaceZipError:

@@ -8,7 +8,7 @@ from facezip.character.gltf_write import save_glb
 from facezip.character.meshes import check_digits
 from facezip.character.notes import say
 from facezip.character.placement import placed
-from facezip.character.scans import Character, check_names
+from facezip.character.scans import FEWEST, Character, check_names
 from facezip.character.settings import read_settings
 from facezip.character.sources import gltf_at
 from facezip.files.reading import reading
@@ -17,45 +17,50 @@ from facezip.names import printable
 GLB = ".glb"
 
 
-def load_character(path: str | Path, *, keep_floats: bool = False, maps: tuple[str, ...] | None = None) -> Character:
+def load_character(
+    path: str | Path, *, keep_floats: bool = False, maps: tuple[str, ...] | None = None, fewest: int = FEWEST
+) -> Character:
     """Read a character with all its maps and tiles: a folder, or one ``.glb`` or ``.gltf`` with named morph targets.
 
-    Beside ``neutral.obj`` and ``NAME.obj`` lie ``NAME.png`` and, each optional, ``NAME.normal.png``,
-    ``NAME.roughness.png``, ``NAME.specular.png`` and ``NAME.cavity.png``; with UDIM, ``NAME.1001.png``,
-    ``NAME.normal.1001.png`` … Other names are said in ``character.toml`` (docs/maps.md). ``mask.png``, where present,
-    limits the face region. PNG, TIFF, JPEG or OpenEXR. Expressions come in the order of their names. Meshes come
-    upright and looking at +z, expressions at the neutral's place and in its size (docs/meshes.md).
+    A folder holds ``neutral.obj`` and ``NAME.obj``, and beside each the albedo, ``NAME.png``. More maps are optional:
+    ``NAME.normal.png``, ``NAME.roughness.png``, ``NAME.specular.png``, ``NAME.cavity.png``. UDIM tiles are
+    ``NAME.1001.png``, ``NAME.normal.1001.png`` … PNG, TIFF, JPEG and OpenEXR are read. ``mask.png`` limits the face
+    region. ``character.toml`` may state other names (docs/maps.md).
 
-    What files say that is not ordinary, and what was done about it, is in the character's ``notes`` and in the log
-    ``facezip``, as warnings.
+    Expressions are in the order of their names. Meshes are turned upright, looking at +z, and brought to the neutral's
+    place and size (docs/meshes.md). What was unusual, and what was done about it, is in the character's ``notes``, and
+    in the log ``facezip`` as warnings.
 
     Parameters
     ----------
     path : the folder or file.
     keep_floats : whether floats outside [0, 1] are kept, with their range, instead of refused.
     maps : names of the maps that are wanted, albedo among them; None for all.
+    fewest : expressions that there have to be.
 
     Raises
     ------
     FaceZipError
-        One line that names the file: missing partners, fewer than two expressions, textures of another size or type,
+        One line that names the file: missing partners, too few expressions, textures of another size or type,
         meshes of another topology or UV layout, and everything that the readers of meshes and textures refuse.
     """
-    character = read_character(Path(path), keep_floats, maps)
+    character = read_character(Path(path), keep_floats, maps, fewest)
     say(character.name, character.notes)
     return character
 
 
-def read_character(path: Path, keep_floats: bool = False, maps: tuple[str, ...] | None = None) -> Character:
+def read_character(
+    path: Path, keep_floats: bool = False, maps: tuple[str, ...] | None = None, fewest: int = FEWEST
+) -> Character:
     """As :func:`load_character`, without a word in the log."""
     with reading(path):
         gltf = gltf_at(path)
         settings = read_settings(gltf.parent if gltf else path)
         if gltf is None:
-            character = load_folder(path, settings, keep_floats, maps)
+            character = load_folder(path, settings, keep_floats, maps, fewest)
         else:
             name = printable(path.resolve().name if path.is_dir() else path.stem)
-            character = load_gltf(gltf, name, settings.part, maps)
+            character = load_gltf(gltf, name, settings.part, maps, fewest)
             check_digits(gltf, character.meshes.neutral, character.meshes.topology)
     return placed(character, settings.placement, path)
 

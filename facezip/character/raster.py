@@ -1,6 +1,7 @@
 """From texels to the surface: which triangle lies under each texel, and where in it."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -8,7 +9,12 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from facezip.files.obj import Topology
-from facezip.machine.rows import by_rows
+from facezip.machine import memory
+from facezip.machine.rows import by_rows, map_rows
+
+# What SciPy holds of each texel to find the nearest ones of a chart, whatever the limit of memory: whether it is beside
+# it, in 8 bytes and in 1, and two indices.
+BYTES_OF_NEAREST = 17
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +35,7 @@ class Raster:
     @property
     def covered(self) -> NDArray[np.bool_]:
         """``(H, W)``: whether a texel's centre lies in the chart."""
-        return self.face >= 0
+        return by_rows(lambda rows: self.face[rows] >= 0, self.face.shape, np.bool_)
 
     def interpolate(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
         """Values at vertices ``(V, ...)`` as a map ``(H, W, ...)``, zero outside the chart."""
@@ -39,10 +45,17 @@ class Raster:
 
     def dilated(self) -> "Raster":
         """The same chart with every texel outside it looking where its nearest neighbour inside looks."""
-        if self.covered.all() or not self.covered.any():
+        beside = by_rows(lambda rows: self.face[rows] < 0, self.face.shape, np.bool_)
+        parts = map_rows(lambda top, bottom: int(beside[top:bottom].sum()), len(beside))
+        if sum(parts) in (0, beside.size):
             return self
-        rows, columns = distance_transform_edt(~self.covered, return_distances=False, return_indices=True)
-        return Raster(self.faces, self.face[rows, columns], self.barycentric[rows, columns])
+        memory.let_go()
+        near, across = distance_transform_edt(beside, return_distances=False, return_indices=True)
+
+        def seen(texels: NDArray[Any]) -> NDArray[Any]:
+            return by_rows(lambda rows: texels[near[rows], across[rows]], texels.shape, texels.dtype)
+
+        return Raster(self.faces, seen(self.face), seen(self.barycentric))
 
 
 def rasterise(topology: Topology, resolution: tuple[int, int]) -> Raster:
@@ -50,7 +63,14 @@ def rasterise(topology: Topology, resolution: tuple[int, int]) -> Raster:
 
     Where triangles overlap the last one wins.
     """
-    return Raster(topology.faces, *_rows(topology, resolution, slice(0, resolution[0])))
+    face: NDArray[np.int32] = memory.empty(resolution, np.int32)
+    barycentric: NDArray[np.float32] = memory.empty((*resolution, 3), np.float32)
+
+    def block(top: int, bottom: int) -> None:
+        face[top:bottom], barycentric[top:bottom] = _rows(topology, resolution, slice(top, bottom))
+
+    map_rows(block, resolution[0])
+    return Raster(topology.faces, face, barycentric)
 
 
 def covered(topology: Topology, resolution: tuple[int, int]) -> NDArray[np.bool_]:

@@ -21,6 +21,8 @@ from facezip.names import MAX_CHARACTERS, first_unusable, folded, one_form
 
 NEUTRAL = "neutral"
 MAX_EXPRESSIONS = 4096
+# Expressions that a fit needs: one alone is a difference texture, and has no weights.
+FEWEST = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,6 +189,11 @@ def tile_among(tile: int | None, tiles: tuple[int, ...], whose: str) -> int:
     if tile is not None and tile not in tiles:
         raise unknown("tile", tile, tiles, whose)
     return tiles[0] if tile is None else tile
+
+
+def at_least(fewest: int) -> str:
+    """How many expressions there have to be, for people."""
+    return f"at least {'two' if fewest == FEWEST else 'one'} besides the neutral"
 
 
 def unknown(what: str, name: object, known: Iterable[object], whose: str) -> FaceZipError:

@@ -23,23 +23,23 @@ if TYPE_CHECKING:
 @click.argument("pack", type=options.FOLDER)
 @click.option("-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder for the report.")
 @click.option(
-    "--frames", type=click.IntRange(2, 2000), metavar="N", help="Of the loop.  [default: 4 from pose to pose]"
+    "--frames", type=click.IntRange(2, 2000), metavar="N", help="Frames of the loop.  [default: 4 from pose to pose]"
 )
 @click.option("--resolution", type=int, default=320, show_default=True, metavar="PIXELS", help="Side of a frame.")
 @click.option("--spp", type=int, default=16, show_default=True, metavar="N", help="Samples per pixel.")
-@click.option("--seed", type=int, default=0, show_default=True, metavar="S", help="Of all random numbers.")
+@click.option("--seed", type=int, default=0, show_default=True, metavar="S", help="Seed of all random numbers.")
 @options.overwrite
 @options.as_json
 def command(
     character: Path, pack: Path, output: Path, frames: int | None, overwrite: bool, as_json: bool, **look: Any
 ) -> None:
-    """Render a loop of blends with CHARACTER's maps and with PACK's, and report every frame and the worst one.
+    """Render a loop of blends with CHARACTER's maps and with PACK's, and report every frame.
 
-    A smile grows, the eyes blink, the mouth speaks: with ARKit's names and the embedded character's. Any other pack's
-    expressions rise and fall one after the other, alone and in pairs.
+    With ARKit's names or the embedded character's, a smile grows, the eyes blink, the mouth speaks. Expressions of any
+    other pack rise and fall one after the other, alone and in pairs.
 
-    CHARACTER has the textures of PACK's expressions; or it is the scans that a rigged PACK was made from. All maps that
-    light meets are rendered, on all UDIM tiles; the error of every map is measured.
+    CHARACTER has the textures of PACK's expressions, or is the scans that a rigged PACK was made from. Albedo, normal,
+    roughness, specular and cavity maps are rendered, on all UDIM tiles. The error of every map is measured.
     """
     from render.animation import animate
     from render.settings import Settings

@@ -115,12 +115,12 @@ def command(
     as_json: bool,
     **settings: Any,
 ) -> int:
-    """Compress every CHARACTER into DIR/NAME.facezip, the same bytes that `facezip compress` writes.
+    """Compress every CHARACTER into DIR/NAME.facezip, with the bytes that `facezip compress` writes.
 
-    A CHARACTER is a folder of scans, a .glb or .gltf, a folder of such, or a list .toml of them with settings of their
-    own. Started again, it does only what is missing: a pack stays if it is intact and its scans and settings have not
-    changed, and is made again if they have. One that another character or command made is left alone, but for
-    --overwrite. A character that fails stops no other and is named at the end. Without --workers, there is one a core.
+    A CHARACTER is a folder of scans, a .glb or .gltf, a folder of such, or a list in TOML with settings of their own.
+    Started again, it makes only what is missing or out of date. It leaves packs alone that another character or command
+    made, unless you say --overwrite. A character that fails stops no other, and is named at the end. By default there
+    is one worker for each core.
     """
     begin = perf_counter()
     jobs = [_resolved(context, job, settings) for job in find_jobs(characters)]

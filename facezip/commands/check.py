@@ -123,11 +123,11 @@ class CheckDocument(Document):
 def command(character: Path, output: Path | None, corrected: Path | None, overwrite: bool, as_json: bool) -> int:
     """Measure how far every expression's texture of CHARACTER lies off the neutral's, in texels.
 
-    One number an expression, where it is worst, and with -o a contact sheet of heat maps, DIR/alignment.png. The exit
-    code is 7 where an expression is off by more than a texel of a 512 x 512 texture, a feature of it slipped or is
-    lost, or nothing can be told of it; unless --register moves it back.
+    Prints one number for each expression, of the tile where it is worst. With -o it writes a contact sheet of heat
+    maps, DIR/alignment.png. The exit code is 7 if an expression is off by more than a texel of a 512 x 512 texture, if
+    a feature slipped or is lost, or if nothing can be told; unless --register moves it back.
 
-    The albedo says how far, on every UDIM tile by itself; --register moves all maps by it.
+    The displacement is found on the albedo. --register moves all maps by it.
     """
     begin = perf_counter()
     scans = load_character(character)

@@ -1,26 +1,32 @@
 """``facezip decompress``: textures out of a pack, of expressions or of a blend."""
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 import click
+import numpy as np
 
 from facezip.character.folder import file_name, write_map
 from facezip.character.maps import Map
 from facezip.character.scans import unknown
+from facezip.character.tiles import FIRST_TILE
 from facezip.commands import options
 from facezip.documents.document import Document
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.images import write_texture
 from facezip.files.writing import whole_folder
+from facezip.fit.painted import as_painted
 from facezip.machine.memory import beside, limited
 from facezip.machine.progress import track
 from facezip.names import one_form
 from facezip.pack.model import CompressedTextures
-from facezip.pack.read import read_pack
+from facezip.pack.read import read_bytes, read_pack
 
 BLEND_FILE = "blend"
+_WEIGHTS = re.compile(r".+\.difference_\d\.png", re.DOTALL)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,8 +47,13 @@ class DecompressDocument(Document):
 @click.command("decompress")
 @click.argument("pack", type=options.FOLDER)
 @click.option("-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder for the textures.")
-@click.option("--expression", "names", multiple=True, metavar="NAME", help="Only this expression; may be repeated.")
+@click.option("--expression", "names", multiple=True, metavar="NAME", help="Only this expression. May be repeated.")
 @click.option("--blend", metavar="NAME=0.5,NAME=1", help=f"One blend of expressions, as {BLEND_FILE}.png.")
+@click.option(
+    "--weights",
+    is_flag=True,
+    help="Weight maps instead: NAME.difference_0.png …, to be painted over and given to 'compress --lock-weights'.",
+)
 @options.memory
 @options.overwrite
 @options.as_json
@@ -51,17 +62,22 @@ def command(
     output: Path,
     names: tuple[str, ...],
     blend: str | None,
+    weights: bool,
     memory: int | None,
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Write the textures of PACK as PNG at full size: every expression, those named, or one blend (equation 8).
+    """Write the textures of PACK at full size: of every expression, of some, or of one blend (equation 8).
 
-    Of a pack with several maps or tiles, all of them: NAME.png, NAME.normal.png, NAME.1002.png … ; floats that were
-    kept beyond 0..1 as OpenEXR.
+    All maps and tiles are written: NAME.png, NAME.normal.png, NAME.1002.png …. Floats that were kept outside 0..1
+    become OpenEXR.
     """
+    if weights and blend is not None:
+        raise click.UsageError("--weights are of expressions: leave --blend out")
     with limited(memory, beside(output)):
-        textures = _decompress(pack, output, names, blend, overwrite)
+        textures = (
+            _weights(pack, output, names, overwrite) if weights else _decompress(pack, output, names, blend, overwrite)
+        )
     document = DecompressDocument(output=str(output), textures=textures)
     options.answer(document, as_json, lambda: [f"{output}: {len(textures)} texture(s)"])
 
@@ -70,9 +86,7 @@ def _decompress(pack: Path, output: Path, names: tuple[str, ...], blend: str | N
     """Write the textures; the names of their files."""
     model = read_pack(pack)
     blends = _blends(model, names, blend)
-    for name in (name for weights in blends.values() for name in weights):
-        if one_form(name) not in model.expressions:
-            raise unknown("expression", name, model.expressions, str(pack))
+    _check_names([name for weights in blends.values() for name in weights], model.expressions, pack)
     known = {stem for name in (*model.expressions, BLEND_FILE) for stem in _stems(model, name).values()}
     textures = []
 
@@ -86,6 +100,39 @@ def _decompress(pack: Path, output: Path, names: tuple[str, ...], blend: str | N
                 texels = model.texels(blends[name], key)
                 textures.append(write_map(folder / stem, texels, kind, model.parts[key].bits).name)
     return textures
+
+
+def _weights(pack: Path, output: Path, names: tuple[str, ...], overwrite: bool) -> list[str]:
+    """Write weight maps; the names of their files."""
+    manifest, stored = read_bytes(pack)
+    if manifest.masks or manifest.uniform_weights:
+        reason = "its weights are activations of masks" if manifest.masks else "its weights are one number a layer"
+        raise FaceZipError(
+            ErrorCode.BAD_VALUE, f"{pack}: {reason}; --weights needs a pack of --method refined or paper"
+        )
+    chosen = tuple(map(one_form, names or stored.expressions))
+    _check_names(chosen, stored.expressions, pack)
+    tiles, nonnegative = tuple(stored.weights), manifest.made_with.get("nonnegative") is True
+    files: list[str] = []
+
+    def ours(folder: Path) -> bool:
+        return all(_WEIGHTS.fullmatch(file.name) for file in folder.iterdir())
+
+    with whole_folder(output, overwrite, ours) as folder:
+        for tile in tiles:
+            weights, number = stored.weight_maps(tile), "" if tiles == (FIRST_TILE,) else f".{tile}"
+            for slot, table in enumerate(as_painted(weights, nonnegative)):
+                for name in chosen:
+                    texels = weights.texels[stored.expressions.index(name), :, :, slot, None]
+                    files.append(f"{name}{number}.difference_{slot}.png")
+                    write_texture(folder / files[-1], table[texels.astype(np.uint8, copy=False)])
+    return files
+
+
+def _check_names(names: Iterable[str], expressions: tuple[str, ...], pack: Path) -> None:
+    for name in names:
+        if one_form(name) not in expressions:
+            raise unknown("expression", name, expressions, str(pack))
 
 
 def _stems(model: CompressedTextures, name: str) -> dict[tuple[Map, int], str]:

@@ -64,9 +64,9 @@ def command(
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Make a character, compress it, render both and write the report: DIR/report/index.html.
+    """Make a character, compress it, render both sides, and write the report: DIR/report/index.html.
 
-    DIR then holds character/ (a folder as your scans would be), the pack, and the report.
+    DIR also holds character/, a folder as your scans would be, and the pack, character.facezip.
     """
     from render.candidates import candidate
     from render.settings import Settings

@@ -29,14 +29,14 @@ COLUMNS = ("what", "tile", "file", "encoding", "orientation", "size", "unit")
 @click.argument("path", type=options.FOLDER)
 @options.as_json
 def command(path: Path, as_json: bool) -> int:
-    """Say of PATH, a character, a pack or an export, what is read from which file, what is unusual, and what to do.
+    """Say what is read from which file of PATH, what is unusual, and what to do.
 
-    Of a character: which file is which mesh, map and mask, how its numbers are stored, and what of it is converted or
-    left out; where it cannot be read, all reasons that can be found at once. Of a pack: which files were changed. Of an
-    export: what would break the blend, such as a texture that was saved again with other numbers, or an importer that
-    takes it for sRGB.
+    PATH is a character, a pack or an export. For a character: which file is which mesh, map and mask, how its numbers
+    are stored, what is converted or left out; if it cannot be read, all reasons at once. For a pack: which files were
+    changed. For an export: what would break the blend, such as a texture saved again with other numbers, or read as
+    sRGB.
 
-    The exit code is 3 where something has to be mended before PATH can be used, and 7 where something is to be decided.
+    The exit code is 3 if something has to be mended, and 7 if something is for you to decide.
     """
     found = undisturbed(path, lambda: _examined(path))
     if sys.stdout.isatty() and not as_json:

@@ -39,37 +39,35 @@ def _named_files(context: click.Context, option: click.Parameter, values: tuple[
 
 @click.command("export")
 @click.argument("pack", type=options.FOLDER)
-@click.option("--to", "target", type=click.Choice(list(TARGETS)), required=True, help="What takes it.")
+@click.option("--to", "target", type=click.Choice(list(TARGETS)), required=True, help="Where it goes.")
 @click.option(
     "-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder to write; for web also FILE.html."
 )
 @click.option(
     "--textures",
     type=click.Choice(["png", "dds", "ktx2"]),
-    help="Of neutrals and differences: png (default), or blocks with fitted mip-maps: BC7, for gltf UASTC.",
+    help="How to store neutrals and differences: png (default), or blocks with fitted mip-maps (BC7; UASTC for gltf).",
 )
-@click.option(
-    "--character", type=options.FOLDER, metavar="FOLDER", help="Its originals come along, to compare with (web)."
-)
+@click.option("--character", type=options.FOLDER, metavar="FOLDER", help="Scans to compare with on the page (web).")
 @click.option(
     "--maps",
     type=click.Choice([TOGETHER, APART]),
-    help="Whether maps share textures as far as they fit, with the fewest fetches (default), or have their own, in "
-    "blocks with smaller errors: normals BC5, single numbers BC4.",
+    help="together: maps share textures, for the fewest fetches (default). apart: each has its own, with smaller "
+    "errors in blocks (normals BC5, single numbers BC4).",
 )
 @click.option(
     "--animation",
     type=options.FOLDER,
     metavar="FRAMES.csv",
-    help="Weights by frame: names of expressions in the first row (usd).  [default: every expression in turn]",
+    help="Weights by frame; the first row names expressions (usd).  [default: every expression in turn]",
 )
 @click.option(
     "--region",
     callback=_named_files,
     multiple=True,
     metavar="NAME=FILE",
-    help="A region of the face, white in an image over the texture, that can be turned down after export; give it once "
-    f"for each. Of several tiles, FILE has {UDIM} in the place of a tile's number.",
+    help="A region of the face that can be turned down after export: white in an image over the texture. May be "
+    f"repeated. With several tiles, write {UDIM} for the number of the tile.",
 )
 @options.memory
 @options.overwrite
@@ -87,11 +85,12 @@ def command(
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Write PACK with what an engine needs to show it: textures, mesh, shader, script and a page that explains them.
+    """Export PACK to an engine: textures, mesh, shader, script, and a page that explains them, GUIDE.md.
 
-    DIR/facezip.json names every file and holds the numbers that turn texels into values; docs/engines.md explains it.
-    Of several maps all are written, of several UDIM tiles each into a folder of its number.
-    For three there is a module, with an example page; for web it is the viewer as one HTML file that opens from disk.
+    All maps are written; several UDIM tiles go into folders of their numbers. DIR/facezip.json names every file and
+    holds the numbers that turn texels into values (docs/engines.md). For three, DIR is a module with an example page.
+    For web it is the viewer as one HTML file that opens from disk.
+    For metahuman and o3de there are layers as those engines mix them, of one tile, under masks.
     """
     given: dict[str, Any] = {"textures": textures, "character": character, "maps": maps, "animation": animation}
     given = {name: value for name, value in {**given, "region": region}.items() if value}
@@ -110,13 +109,30 @@ def _lines(document: Data) -> list[str]:
     """What was measured, of each map; means over tiles where there are several."""
     lines = [f"{document['output']}: {megabytes(document['bytes'])}"]
     tiles = [*document.get("tiles", {"": document}).values()]
-    for name in tiles[0].get("maps", {}):
-        lines += _map_lines(name, [tile["maps"][name] for tile in tiles])
-    return lines
+    for name, first in tiles[0].get("maps", {}).items():
+        if "layers" in first:
+            lines += _layer_lines(name, first)
+        else:
+            lines += _map_lines(name, [tile["maps"][name] for tile in tiles])
+    return [*lines, *(f"  {note}" for note in document.get("notes", []))]
+
+
+def _layer_lines(name: str, found: Mapping[str, Any]) -> list[str]:
+    """How far layers that an engine mixes are from the pack; nothing of a map that it does not."""
+    if not found["layers"]:
+        return []
+    measure, unit = _measure(found)
+    mean, mixed = found[measure], found[f"{measure}_blends"]
+    words = f"the engine's mixing adds {mean:.2f} {unit} to the expressions ({mixed:.2f} to blends of two)"
+    return [f"  {name}: {words}; {100 * found['beyond']:.2f} % of its layers' values lie beyond 8 bits"]
+
+
+def _measure(found: Mapping[str, Any]) -> tuple[str, str]:
+    return ("angular_error", "degrees") if found["encoding"] == "normal" else ("rmse", "of 255")
 
 
 def _map_lines(name: str, tiles: Sequence[Mapping[str, Any]]) -> list[str]:
-    measure, unit = ("angular_error", "degrees") if tiles[0]["encoding"] == "normal" else ("rmse", "of 255")
+    measure, unit = _measure(tiles[0])
     lines = []
     if "codec" in tiles[0]:
         adds, without = (fmean(tile["codec"][key] for tile in tiles) for key in (measure, f"{measure}_without_fit"))

@@ -22,9 +22,7 @@ LEAST_CUT = 0.005
 @click.option(
     "-o", "--output", type=options.FOLDER, required=True, metavar="PACK", help="Folder NAME.facezip to write."
 )
-@click.option(
-    "--quick", is_flag=True, help="Leave out the fit of all expressions that tells what the new ones lose without one."
-)
+@click.option("--quick", is_flag=True, help="Skip the fit of all expressions, which tells what the new ones lose.")
 @options.memory
 @options.overwrite
 @options.as_json
@@ -33,13 +31,12 @@ def command(
 ) -> None:
     """Add the expressions of CHARACTER that PACK lacks, under the difference textures that it has.
 
-    Only weights are solved. Neutrals, difference textures and the weights of the old expressions keep every byte, so
-    that what has been shipped serves on; head.glb gets a morph target for each new expression. CHARACTER has the
-    neutral, mesh and maps that PACK was made from, and two expressions or more; those that PACK has are left as they
-    are in it.
+    Only weights are fitted. Neutrals, difference textures and old weights keep every byte. head.glb gets a morph target
+    for each new expression. CHARACTER has the neutral, mesh and maps that PACK was made from, and one expression or
+    more. Expressions that PACK has already stay as they are.
 
-    What textures cannot show that were made without an expression, its weights cannot make up for: what each one loses
-    against a fit of all is said, and a fit is advised where that is much.
+    Textures made without an expression may not be able to show it. The command says what each new expression loses
+    against a fit of all, and advises a new fit where that is much.
     """
     with limited(memory, beside(output)):
         document = extend_into(pack, character, output, overwrite, quick, lambda line: print(line, file=sys.stderr))

@@ -13,7 +13,7 @@ from facezip.fit.pipeline import Request
 from facezip.fit.settings import USED, Settings
 
 # Methods that hold nothing as large as a texture.
-STREAMED = ("refined", "pca")
+STREAMED = ("refined", "pca", "masks")
 SETTINGS = tuple(field.name for field in fields(Settings))
 GOALS = ("target_rmse", "budget_mb")
 # The options by name, as if nothing stood on the command line.
@@ -39,8 +39,8 @@ clean = click.option(
     type=click.Choice([*STEPS, ALL]),
     multiple=True,
     callback=_steps,
-    help="Before the fit, move textures onto the neutral's, even out their exposure, make the neutral of all scans, or "
-    "all three; says what it did. May be given several times.  [default: none]",
+    help="Clean the scans before the fit: register the textures, even out their exposure, or make the neutral from all "
+    "scans. May be repeated.  [default: none]",
 )
 
 
@@ -48,39 +48,39 @@ def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """The options of ``DEFAULTS``, which :func:`request_of` turns into a request."""
     choice = click.Choice(list(USED))
     in_order = (
-        click.option("--method", type=choice, default=Request.method, show_default=True),
-        _setting("differences", "R", "Number of difference textures of a map."),
-        _setting("weight_scale", "S", "Weight maps are 1/S as wide."),
+        click.option("--method", type=choice, default=Request.method, show_default=True, help="How to fit."),
+        _setting("differences", "R", "How many difference textures each map gets."),
+        _setting("weight_scale", "S", "Make weight maps 1/S as wide as the textures."),
         click.option(
-            "--target-rmse", type=float, metavar="X", help="Choose R and S: least memory with at most this error."
+            "--target-rmse", type=float, metavar="X", help="Choose R and S: the least memory with at most this RMSE."
         ),
         click.option(
-            "--budget-mb", type=float, metavar="X", help="Choose R and S: least error in this GPU memory, 8 bits each."
+            "--budget-mb", type=float, metavar="X", help="Choose R and S: the least RMSE within X MB, at 8 bits."
         ),
         click.option(
-            "--importance", type=options.FOLDER, metavar="FILE", help="Image, or a folder of them: how much a texel's "
-            "error counts.",
+            "--importance", type=options.FOLDER, metavar="FILE", help="How much each texel's error counts: an "
+            "image, or a folder of them.",
         ),
         click.option(
             "--map-weight", "map_weights", multiple=True, metavar="MAP=W", help="How much a map counts.  [default: 1]"
         ),
         clean,
         click.option("--float", "keep_floats", is_flag=True, help="Keep floats outside 0..1, with their range."),
-        _setting("masks", "K", "Masks on the face (paper, masks)."),
+        _setting("masks", "K", "How many masks on the face (paper, masks)."),
         click.option(
-            "--given-masks", type=options.FOLDER, metavar="DIR", help="Images of masks of your own, such as those of a "
-            "rig, and masks.toml: each expression becomes a few numbers a mask. Means --method masks.",
+            "--given-masks", type=options.FOLDER, metavar="DIR", help="Use your own masks, such as those of a rig: "
+            "images, and masks.toml. Implies --method masks.",
         ),
         click.option(
-            "--nonnegative", is_flag=True, help="Weights of 0..1 alone, for engines that clamp: differences are only "
-            "ever added (refined, masks).",
+            "--nonnegative", is_flag=True, help="Keep weights within 0..1, so that differences are only ever "
+            "added (refined, masks).",
         ),
         click.option(
-            "--sparse", type=int, metavar="L", help="At most L difference textures an expression, for people who read "
-            "its weights (refined).",
+            "--sparse", type=int, metavar="L", help="Use at most L difference textures in each expression, so that "
+            "people can read the weights (refined).",
         ),
-        _setting("restarts", "N", "Random starts of the stitching (paper)."),
-        _setting("seed", "S", "Of what is random (paper, masks)."),
+        _setting("restarts", "N", "How many random starts the stitching gets (paper)."),
+        _setting("seed", "S", "Seed of the random numbers (paper, masks)."),
     )  # fmt: skip
     for option in reversed(in_order):
         command = option(command)

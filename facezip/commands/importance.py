@@ -25,11 +25,11 @@ REPORT_FILE = "importance.json"
 @click.option("-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder to write.")
 @click.option(
     "--views", type=click.IntRange(1, len(VIEWS)), default=2, show_default=True, metavar="N",
-    help="How many of the camera views it is made for; the others are held out.",
+    help="How many camera views to use; the others are held out.",
 )  # fmt: skip
 @click.option(
     "--lights", type=click.IntRange(1, len(RIGS)), default=2, show_default=True, metavar="N",
-    help="How many of the light rigs.",
+    help="How many light rigs to use.",
 )  # fmt: skip
 @click.option("--material", type=click.Choice(["skin", "diffuse"]), default="skin", show_default=True)
 @click.option(
@@ -41,10 +41,18 @@ REPORT_FILE = "importance.json"
 )
 @click.option(
     "--floor", type=click.FloatRange(0, 1), default=0.3, show_default=True, metavar="X",
-    help="What an unseen texel counts, of the mean.",
+    help="What a texel that no view sees counts, in parts of the mean.",
 )  # fmt: skip
-@click.option("--differences", default=4, show_default=True, metavar="R", help="Of the fits that show the effect.")
-@click.option("--weight-scale", default=8, show_default=True, metavar="S", help="Of the fits that show the effect.")
+@click.option(
+    "--differences",
+    default=4,
+    show_default=True,
+    metavar="R",
+    help="Difference textures of the fits that show the effect.",
+)
+@click.option(
+    "--weight-scale", default=8, show_default=True, metavar="S", help="Weight scale of the fits that show the effect."
+)
 @click.option("--seed", type=click.IntRange(0, 2**30), default=0, show_default=True, metavar="S")
 @options.overwrite
 @options.as_json
@@ -63,16 +71,15 @@ def command(
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Measure how much every texel of CHARACTER counts in the images of some views: DIR/importance.exr.
+    """Measure how much each texel of CHARACTER shows in renders of some views: DIR/importance.exr.
 
-    `facezip compress --importance DIR/importance.exr` fits with it. Of several maps and UDIM tiles there is an image
-    each, DIR/importance.normal.1002.exr, and `--importance DIR`. DIR/index.html shows it on the head and in UV, and the
-    image error of a uniform fit beside a fit with it, at equal bytes, for its own views and for those held out.
+    `facezip compress --importance DIR/importance.exr` then fits with it. Several maps or tiles have an image each, such
+    as DIR/importance.normal.1002.exr; give them with `--importance DIR`. DIR/index.html shows the images on the head,
+    and compares a uniform fit with one that uses them, at equal bytes, in its own views and in held-out ones.
 
-    It is exact for errors of the albedo, in which direct light is linear. In normals, roughness, specular and cavity it
-    is not: theirs is found by finite differences of the light, which is exact for small errors. It says as well how
-    much maps count beside each other: as much as their differences show. Maps that light does not meet take the
-    albedo's. The images that judge show all maps.
+    For the albedo the weight is exact, since direct light is linear in it. For normals, roughness, specular and cavity
+    it comes from finite differences, which are exact for small errors. It also sets how much maps count beside each
+    other. Maps that light does not meet take the albedo's.
     """
     from render.importance import Sight
     from reports.importance.documents import FitSettings

@@ -32,7 +32,7 @@ class InfoDocument(PackFacts, Document):
 def command(pack: Path, as_json: bool) -> None:
     """Show what PACK holds, what it costs in memory and fetches, and how it was made.
 
-    Reads the manifest alone; 'facezip verify' checks every byte.
+    It reads the manifest alone; 'facezip verify' checks every byte.
     """
     facts = InfoDocument(pack=str(pack), **vars(pack_facts(pack, read_manifest(pack))))
     options.answer(facts, as_json, lambda: _lines(facts))

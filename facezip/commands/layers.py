@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 @options.overwrite
 @options.as_json
 def command(pack: Path, output: Path, overwrite: bool, as_json: bool) -> None:
-    """Make a page that shows what every layer, weight map, mask and activation of PACK does in which expression.
+    """Make a page that shows what every layer, weight map, mask and activation of PACK does.
 
-    Layers are named by the parts of the face that they change most, and sorted by how much; expressions stand with the
-    layer that makes most of them. DIR/index.html is one file, DIR/layers.json has its numbers.
+    Layers are sorted by how much they change, and named by the parts of the face that they change most. Expressions
+    stand beside the layer that they use most. DIR/index.html is one file; DIR/layers.json has its numbers.
     """
     from reports.layers.report import DATA, describe_and_write
 

@@ -13,14 +13,14 @@ from facezip.names import printable
 
 FOLDER = click.Path(path_type=Path)
 
-as_json = click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout, nothing else there.")
+as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON document on stdout, and nothing else.")
 # Of the embedded character, and of what is measured.
 seed = click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="S")
 expressions = click.option("--expressions", type=click.IntRange(min=2), default=20, show_default=True, metavar="N")
 resolution = click.option(
     "--resolution", type=click.IntRange(64, 4096), default=512, show_default=True, metavar="TEXELS"
 )
-scans = click.option("--character", type=FOLDER, metavar="FOLDER", help="Scans; the embedded character if none.")
+scans = click.option("--character", type=FOLDER, metavar="FOLDER", help="Scans.  [default: the embedded character]")
 repeats = click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True, metavar="N")
 overwrite = click.option("--overwrite", is_flag=True, help="Replace an output that facezip made before.")
 
@@ -49,11 +49,11 @@ def _bytes(context: click.Context, option: click.Parameter, value: str | None) -
 
 
 def _memory(taken: str) -> Callable[..., Any]:
-    text = f"Most memory that {taken}, such as 2G; the rest waits on the disk.  [default: what it takes]"
+    text = f"The most memory that {taken}, such as 2G. The rest waits on the disk.  [default: no limit]"
     return click.option("--memory", callback=_bytes, metavar="SIZE", help=text)
 
 
-memory, memory_of_each = _memory("is taken"), _memory("each process takes")
+memory, memory_of_each = _memory("is used"), _memory("each process uses")
 
 
 def worker_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -66,8 +66,8 @@ def worker_options(command: Callable[..., Any]) -> Callable[..., Any]:
         return value
 
     help_workers, help_scheduler = (
-        "Processes on this machine.",
-        "Of a dask cluster that works instead: tcp://host:8786.",
+        "How many processes on this machine.",
+        "Let a dask cluster do the work: tcp://host:8786.",
     )
     command = click.option("--scheduler", metavar="ADDRESS", callback=either, help=help_scheduler)(command)
     count = click.IntRange(min=1)

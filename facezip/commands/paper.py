@@ -34,9 +34,9 @@ POSITIVE = click.IntRange(min=1)
     type=POSITIVE,
     multiple=True,
     metavar="TEXELS",
-    help="Size of the textures, as often as you like; the figures are of the first (of scans: of the largest).",
+    help="Side of the textures. May be repeated; the figures use the first (with scans, the largest).",
 )
-@click.option("--expressions", default=20, show_default=True, metavar="N", help="Of the embedded character.")
+@click.option("--expressions", default=20, show_default=True, metavar="N", help="Expressions of the embedded head.")
 @click.option("--masks", type=POSITIVE, default=53, show_default=True, metavar="K", help="Masks on the face.")
 @click.option(
     "--restarts", type=POSITIVE, default=100, show_default=True, metavar="N", help="Random starts of the stitching."
@@ -50,7 +50,7 @@ POSITIVE = click.IntRange(min=1)
     type=POSITIVE,
     multiple=True,
     metavar="K",
-    help="A number of masks to try, as often as you like; 5 to 103 if none.",
+    help="A number of masks to try. May be repeated.  [default: 5 to 103]",
 )
 @options.seed
 @options.overwrite
@@ -66,12 +66,12 @@ def command(
     mask_counts: tuple[int, ...],
     **settings: int,
 ) -> None:
-    """Reproduce the paper's Table 1 and Figures 6, 7 and 8 on CHARACTER: DIR/index.html.
+    """Repeat the paper's Table 1 and Figures 6, 7 and 8 on CHARACTER: DIR/index.html.
 
-    The paper knows the albedo alone, so that is measured, on all UDIM tiles; CHARACTER's other maps are left out.
+    The paper knows the albedo alone, so only that is measured, on all UDIM tiles.
 
-    Without CHARACTER on the embedded one, made at 512, 1024 and 2048 texels; scans are taken at their own size and
-    halved down to 256, never enlarged. DIR/paper.json holds every number of the page.
+    Without CHARACTER it makes the embedded head at 512, 1024 and 2048 texels. Scans are measured at their own size and
+    at halves of it down to 256; they are never enlarged. DIR/paper.json holds every number of the page.
     """
     from reports.paper.experiments import MASK_COUNTS, Settings
     from reports.paper.report import write_paper_report

@@ -28,17 +28,17 @@ REPORT_FILE = "rates.json"
     default=52,
     show_default=True,
     metavar="N",
-    help="A second round with N expressions, blends of the others added; 0 for none.",
+    help="Repeat with N expressions, filled up with blends of the others; 0 to skip.",
 )
 @click.option(
     "--effort",
     type=click.Choice(list(EFFORTS)),
     default="medium",
     show_default=True,
-    help="Of the ASTC encoder, for packs and single textures alike.",
+    help="How long the ASTC encoder tries.",
 )
-@click.option("--resolution", default=512, show_default=True, metavar="TEXELS", help="Of the embedded character.")
-@click.option("--expressions", default=20, show_default=True, metavar="N", help="Of the embedded character.")
+@click.option("--resolution", default=512, show_default=True, metavar="TEXELS", help="Size of the embedded head.")
+@click.option("--expressions", default=20, show_default=True, metavar="N", help="Expressions of the embedded head.")
 @options.seed
 @options.overwrite
 @options.as_json
@@ -53,14 +53,13 @@ def command(
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Measure error against bytes of GPU memory on CHARACTER, or on the embedded one: DIR/index.html.
+    """Measure error against GPU memory, on CHARACTER or on the embedded head: DIR/index.html.
 
-    Refined, paper and PCA packs, raw and with BC7 or ASTC, beside BC1, BC7 or ASTC on every texture. The refined fit
-    has the codec in its loop: each texture makes up for what coding lost of the others. DIR/rates.json holds every
-    number.
+    Compares packs of all sizes (refined, paper, PCA; raw, BC7, ASTC) with BC1, BC7 and ASTC on every texture. The
+    refined fit has the codec in its loop: each texture makes up for what coding lost of the others. DIR/rates.json
+    holds every number.
 
-    All maps of CHARACTER count, on all UDIM tiles: bytes are those of all, the error is one over all maps beside those
-    of each. The embedded character has its albedo here.
+    All maps and tiles of CHARACTER count. The embedded head has its albedo here.
     """
     from reports.rates.experiment import measure_rates
     from reports.rates.report import write_rates_report

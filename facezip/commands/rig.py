@@ -40,14 +40,14 @@ from facezip.rigging.rigged import MAPS
 def command(
     character: Path, template: Path, output: Path, memory: int | None, overwrite: bool, as_json: bool, **given: Any
 ) -> None:
-    """Give the person of CHARACTER the shapes of TEMPLATE, from geometry to textures.
+    """Give the person of CHARACTER the shapes of TEMPLATE, with geometry and textures.
 
-    TEMPLATE holds neutral.obj and NAME.obj per shape, such as ARKit's 52, on any identity in CHARACTER's topology; it
-    needs no textures. DIR then holds shapes/, the pack NAME.facezip whose expressions are the shapes, with every map
-    and UDIM tile of CHARACTER, rig.json: what every scan is made of, how well, and what scans show of each shape; and a
-    picture of that, evidence.png. Where scans do not show a shape's texture, or disagree on it, it stays the neutral's.
+    TEMPLATE holds neutral.obj and NAME.obj for each shape, such as ARKit's 52, on any identity, in CHARACTER's
+    topology. It needs no textures. DIR then holds shapes/; the pack NAME.facezip, whose expressions are the shapes,
+    with all maps and tiles; rig.json, which says what every scan is made of and how well scans show each shape; and a
+    picture of that, evidence.png. If the scans do not show a shape's texture, it keeps the neutral's.
 
-    On scans as they come from a capture, --clean all brings all textures nearer to the truth.
+    For scans straight from a capture, --clean all brings the textures nearer to the truth.
     """
     from reports.evidence import write_evidence
 

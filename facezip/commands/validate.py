@@ -32,16 +32,20 @@ REPORT_FILE = "report.json"
 @click.argument("character", type=options.FOLDER)
 @click.argument("packs", type=options.FOLDER, nargs=-1, required=True, metavar="PACK...")
 @click.option("-o", "--output", type=options.FOLDER, required=True, metavar="DIR", help="Folder for the report.")
-@click.option("--config", type=options.FOLDER, metavar="FILE.toml", help="Views, lights, skin, samples, limits.")
-@click.option("--views", type=int, metavar="N", help="How many of the camera views.  [default: 2]")
-@click.option("--lights", type=int, metavar="N", help="How many of the light rigs.  [default: 2]")
-@click.option("--material", type=click.Choice(["skin", "diffuse"]), help="What light meets.  [default: skin]")
-@click.option("--transport", type=click.Choice(["direct", "full"]), help="How light travels.  [default: direct]")
+@click.option("--config", type=options.FOLDER, metavar="FILE.toml", help="Settings: views, lights, samples, limits.")
+@click.option("--views", type=int, metavar="N", help="How many camera views.  [default: 2]")
+@click.option("--lights", type=int, metavar="N", help="How many light rigs.  [default: 2]")
+@click.option("--material", type=click.Choice(["skin", "diffuse"]), help="Material of the head.  [default: skin]")
+@click.option(
+    "--transport",
+    type=click.Choice(["direct", "full"]),
+    help="One bounce, or more.  [default: direct]",
+)
 @click.option("--resolution", type=int, metavar="PIXELS", help="Side of the rendered images.  [default: 512]")
 @click.option("--spp", type=int, metavar="N", help="Samples per pixel to begin with.  [default: 16]")
-@click.option("--max-spp", type=int, metavar="N", help="Samples where the verdict is close.  [default: 4 x spp]")
-@click.option("--seed", type=int, metavar="S", help="Of all random numbers.  [default: 0]")
-@click.option("--fail-on", type=click.Choice(["visible", "fails"]), help="Exit code 7 where a pack is as bad as that.")
+@click.option("--max-spp", type=int, metavar="N", help="Most samples, where it is close.  [default: 4 x spp]")
+@click.option("--seed", type=int, metavar="S", help="Seed of all random numbers.  [default: 0]")
+@click.option("--fail-on", type=click.Choice(["visible", "fails"]), help="Exit with 7 if a pack is as bad as that.")
 @options.worker_options
 @options.memory_of_each
 @options.overwrite
@@ -59,16 +63,15 @@ def command(
     as_json: bool,
     **given: Any,
 ) -> int:
-    """Render every expression of CHARACTER with its original and its compressed textures, and report the difference.
+    """Render every expression of CHARACTER with its own textures and with each PACK's, and report the difference.
 
-    Both sides are shaded on the same light paths, so that the difference is the compression's alone. In the place of
-    a PACK stands, if you like, a second CHARACTER: textures that another tool made are judged the same way.
+    Both sides use the same light paths, so noise cancels in the difference. Instead of a PACK you may give a second
+    CHARACTER, to judge textures that another tool made.
 
-    Normal, roughness, specular and cavity maps are rendered too, and UDIM tiles.
+    Albedo, normal, roughness, specular and cavity maps are rendered, on all UDIM tiles.
 
-    A run that is broken off goes on where it was when it is started again. With --overwrite, renders of the report
-    that is there are kept where nothing that made them has changed. Without --workers and --scheduler, one process
-    renders on all cores.
+    A run that was broken off goes on where it was. With --overwrite, renders of the old report are kept if nothing that
+    made them has changed. Without --workers and --scheduler, one process renders on all cores.
     """
     from render.limits import LEVELS
     from render.settings import read_settings

@@ -35,7 +35,7 @@ class VerifyDocument(Document):
 @click.argument("pack", type=options.FOLDER)
 @options.as_json
 def command(pack: Path, as_json: bool) -> None:
-    """Check that PACK is complete, unchanged and readable; exit code 3 and one line where it is not."""
+    """Check that PACK is complete, unchanged and readable. If not: one line, and exit code 3."""
     manifest = undisturbed(pack, lambda: _verified(pack))
     document = VerifyDocument(pack=str(pack), files=len(manifest.files) + 1)
     options.answer(document, as_json, lambda: [f"{pack}: intact, {document.files} files"])

@@ -35,13 +35,13 @@ class ViewDocument(Document):
 @click.argument("pack", type=options.FOLDER)
 @click.argument("character", type=options.FOLDER, required=False)
 @click.option("--port", type=click.IntRange(0, 65535), default=0, metavar="N", help="Port; a free one if left out.")
-@click.option("--no-browser", is_flag=True, help="Only say where the page is.")
+@click.option("--no-browser", is_flag=True, help="Print the address, and open no browser.")
 @options.as_json
 def command(pack: Path, character: Path | None, port: int, no_browser: bool, as_json: bool) -> None:
     """Show the head of PACK in the browser: sliders, poses, maps, and what it all costs.
 
-    With CHARACTER, the folder that PACK was made from, the original textures are there to compare with. The page comes
-    from a server on this machine that no other can reach; Ctrl-C ends it.
+    With CHARACTER, the folder that PACK was made from, its original textures are there to compare with. The page comes
+    from a server that only this machine can reach. Ctrl-C ends it.
     """
     files = files_of(read_scene(pack, load_character(character) if character else None))
     with serve(files, port) as server:

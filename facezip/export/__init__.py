@@ -6,6 +6,8 @@ from facezip.documents.document import Data, Document
 from facezip.export.blender import export_blender
 from facezip.export.gltf import export_gltf
 from facezip.export.godot import export_godot
+from facezip.export.metahuman import export_metahuman
+from facezip.export.o3de import export_o3de
 from facezip.export.three import export_three
 from facezip.export.unity import export_unity
 from facezip.export.unreal import export_unreal
@@ -21,5 +23,7 @@ TARGETS: dict[str, Callable[..., Document | Data]] = {
     "three": export_three,
     "blender": export_blender,
     "usd": export_usd,
+    "metahuman": export_metahuman,
+    "o3de": export_o3de,
     "web": export_web,
 }

@@ -25,4 +25,4 @@ def _write_head(source: Source, folder: Path, form: Format) -> None:
     write_text(folder, OF_HEAD, head_words(source, GLSL) | said)
 
 
-export_blender = Target("blender", {"png": PNG}, _write_tile, _write_head)
+export_blender = Target("blender", {"png": PNG}, _write_tile, _write_head, expands=True)

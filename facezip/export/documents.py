@@ -21,10 +21,10 @@ class Gains:
 
 @dataclass(frozen=True, kw_only=True)
 class ExpressionPlace:
-    """Where an expression is: its morph target, and column and row of its weight map in the atlas."""
+    """Where an expression is: its morph target, and column and row of any weight map of its own in the atlas."""
 
     morph_target: int
-    weight_tile: Size
+    weight_tile: Size | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,6 +56,29 @@ class ExportedRegions:
     file: str
     columns: int
     size: Size
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportedMasks:
+    """Masks that weight maps are sums of, in the place of weight maps.
+
+    Attributes
+    ----------
+    file : their atlas, by four.
+    columns, size : fours beside each other, and rows and columns of a mask.
+    names : of the masks.
+    clamped : whether all activations lie in 0..1.
+    vectors : activations of an expression by four: for each layer of four slots one of each mask.
+    activations : those of all expressions as half floats, little-endian, in base64.
+    """
+
+    file: str
+    columns: int
+    size: Size
+    names: Sequence[str]
+    clamped: bool
+    vectors: int
+    activations: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,6 +173,7 @@ class TileExport(Document):
     textures, maps : by name.
     codec, mips : of the first map.
     regions : of the face, where some were given.
+    masks : where weight maps are sums of them.
     """
 
     format: Literal["facezip-export/1"] = "facezip-export/1"
@@ -169,6 +193,7 @@ class TileExport(Document):
     codec: CodecErrors
     mips: Sequence[MipErrors]
     regions: ExportedRegions | None = None
+    masks: ExportedMasks | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -185,7 +210,7 @@ class ExportedFile:
 
     bytes: int | None = None
     sha256: str | None = None
-    srgb: Literal[False] | None = None
+    srgb: bool | None = None
     mipmaps: bool | None = None
     size: Size | None = None
     numbers: str | None = None
@@ -231,6 +256,89 @@ class TilesDocument(Document):
 
 
 @dataclass(frozen=True, kw_only=True)
+class LayeredTexture:
+    """A whole picture, or a mask.
+
+    Attributes
+    ----------
+    file : its name.
+    srgb, mipmaps : how an importer has to take it; with mip-maps where that is left out.
+    """
+
+    file: str
+    srgb: bool
+    mipmaps: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class LayeredMap:
+    """Where a map is, and how far what the engine mixes is from the pack: RMSE of 255, of normals angles in degrees.
+
+    Attributes
+    ----------
+    encoding, range : what its numbers stand for, and the values of texels of 0 and 1.
+    size : rows and columns.
+    neutral, layers : names among the textures; no layers where the engine does not mix the map.
+    rmse, angular_error : mean over expressions.
+    rmse_per_expression, angular_error_per_expression : by expression.
+    rmse_blends, angular_error_blends : mean over blends of neighbours, half and half.
+    rmse_largest, angular_error_largest : of a texel in an expression.
+    beyond : the share of its layers' values that 8 bits cut, 0..1.
+    """
+
+    encoding: Encoding
+    range: tuple[float, float]
+    size: Size
+    neutral: str
+    layers: Sequence[str]
+    rmse: float | None = None
+    rmse_per_expression: Mapping[str, float] | None = None
+    rmse_blends: float | None = None
+    rmse_largest: float | None = None
+    angular_error: float | None = None
+    angular_error_per_expression: Mapping[str, float] | None = None
+    angular_error_blends: float | None = None
+    angular_error_largest: float | None = None
+    beyond: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class LayerCurve:
+    """What a curve drives: a mask in a layer of a map, layers from 1 on."""
+
+    map: str
+    layer: int
+    mask: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class LayersExport(Document):
+    """An export of layers under masks, for MetaHuman or O3DE, as it stands in ``facezip.json``.
+
+    Attributes
+    ----------
+    target, name, tile : as of :class:`TileExport`.
+    textures, maps : by name.
+    curves : by name, of MetaHuman.
+    notes : what the engine leaves out, for people.
+    files, sha256, output, bytes : as of :class:`ExportDocument`.
+    """
+
+    format: Literal["facezip-export/1"] = "facezip-export/1"
+    target: str
+    name: str
+    tile: int
+    textures: Mapping[str, LayeredTexture]
+    maps: Mapping[str, LayeredMap]
+    curves: Mapping[str, LayerCurve] | None = None
+    notes: Sequence[str]
+    files: Mapping[str, ExportedFile]
+    sha256: str
+    output: str | None = None
+    bytes: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class WebDocument(Document):
     """The viewer as one page.
 
@@ -246,4 +354,4 @@ class WebDocument(Document):
     originals: bool
 
 
-Export = ExportDocument | TilesDocument
+Export = ExportDocument | TilesDocument | LayersExport

@@ -76,7 +76,7 @@ def _changed_document(document: Mapping[str, Any]) -> Iterator[Note]:
 
 
 def _row(name: str, entry: Mapping[str, Any]) -> Row:
-    encoding = "as stored, no sRGB" if entry.get("srgb") is False else ""
+    encoding = {False: "as stored, no sRGB", True: "sRGB"}.get(entry.get("srgb", ""), "")
     size = f"{entry['bytes']} bytes" if "bytes" in entry else ""
     what = "settings" if "settings" in entry else "texture" if "srgb" in entry else "file"
     return Row(name, what, "", None, encoding=encoding, size=size)
@@ -115,7 +115,7 @@ def _notes(folder: Path, name: str, entry: Mapping[str, Any]) -> Iterator[Note]:
 
 def _changed(path: Path, name: str, entry: Mapping[str, Any]) -> Note:
     if "numbers" not in entry:
-        kind = "texture" if entry.get("srgb") is False else "file"
+        kind = "texture" if "srgb" in entry else "file"
         asks = path.suffix != GUIDE
         return Note(name, f"is another {kind} than was exported; {AGAIN}, unless it was changed on purpose", asks)
     try:

@@ -29,6 +29,7 @@ class Target:
     write_head : adds what all tiles share to the folder of them all, which is that of the tile where there is one.
     upside_down : whether it keeps the last row of a texture first.
     maps : how maps may lie in textures; the first where nothing is said.
+    expands : whether it has no pre-pass that combines masks, and takes weight maps that are made of them.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Target:
     write_head: Callable[[Source, Path, Format], None]
     upside_down: bool = False
     maps: tuple[str, ...] = (TOGETHER, APART)
+    expands: bool = False
 
     def __call__(
         self,
@@ -64,21 +66,20 @@ class Target:
             where the engine takes no such textures.
         """
         form = self._format(textures)
-        source = read_source(pack, self._layout(maps), form.normals_alone, region)
+        source = read_source(pack, self._layout(maps), form.normals_alone, region, self.expands)
         form.check(source)
         with whole_folder(output, overwrite, is_export) as folder:
             tiles = {str(tile.layout.number): self._tile(source, tile, folder, form) for tile in source.tiles}
             self.write_head(source, folder, form)
-            document = with_record(self._whole(source, tiles, folder), folder)
-            _write(document, folder)
-            size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
-        return {**document, "output": str(output), "bytes": size}
+            return put_document(self._whole(source, tiles, folder), folder, output)
 
     def _tile(self, source: Source, tile: Tile, place: Path, form: Format) -> dict[str, Any]:
         folder = source.folder_of(tile, place)
         folder.mkdir(exist_ok=True)
         document = {"format": FORMAT, "target": self.name, **describe(tile)}
         document |= write_maps(tile, folder, form, self.upside_down) | tile.regions.write(folder)
+        if tile.masks:
+            document |= tile.masks.write(folder)
         self.write_tile(tile, folder)
         return document
 
@@ -103,7 +104,7 @@ class Target:
 
 
 def describe(tile: Tile) -> dict[str, Any]:
-    """What an engine has to know of a tile, by names: morph target, and place among the weight maps, of each."""
+    """What an engine has to know of a tile, by names: morph target, and place among any weight maps, of each."""
     columns, first = tile.layout.weight_columns, tile.sheets[0]
     return {
         "name": tile.name,
@@ -120,10 +121,18 @@ def describe(tile: Tile) -> dict[str, Any]:
         },
         "order": list(tile.expressions),
         "expressions": {
-            name: {"morph_target": n, "weight_tile": [n % columns, n // columns]}
+            name: {"morph_target": n} | ({} if tile.masks else {"weight_tile": [n % columns, n // columns]})
             for n, name in enumerate(tile.expressions)
         },
     }
+
+
+def put_document(document: Mapping[str, Any], folder: Path, output: Path) -> dict[str, Any]:
+    """Write the document of a finished folder, with its record: what an export that becomes ``output`` answers."""
+    whole = with_record(document, folder)
+    _write(whole, folder)
+    size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+    return {**whole, "output": str(output), "bytes": size}
 
 
 def is_export(folder: Path) -> bool:

@@ -41,7 +41,7 @@ def write_glb(
     glb = start(source.name)
     primitives = add_mesh(glb, source.name, source.meshes, source.expressions, source.charts)
     if jointed:
-        _add_joint(glb, primitives)
+        add_joint(glb, primitives)
     glb.document |= {"samplers": CLAMPED, "textures": []} if pictured else {}
     glb.document["materials"] = []
     for tile in source.tiles:
@@ -55,7 +55,7 @@ def write_glb(
     glb.finish().write(file)
 
 
-def _add_joint(glb: GlbBuilder, primitives: list[dict[str, Any]]) -> None:
+def add_joint(glb: GlbBuilder, primitives: list[dict[str, Any]]) -> None:
     """One joint at the origin, which moves every vertex by all of its weight."""
     for primitive in primitives:
         attributes = primitive["attributes"]

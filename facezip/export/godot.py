@@ -9,7 +9,7 @@ from facezip.export.formats import DDS, KTX2, PNG, Format
 from facezip.export.shaders import GLSL, render, shader_words
 from facezip.export.source import Source, Tile
 
-DIALECT = replace(GLSL, beta="beta", region_gains="region_gains")
+DIALECT = replace(GLSL, beta="beta", region_gains="region_gains", activations="activations")
 OF_TILE = {"weights.gdshader": "godot/weights.j2", "head.gdshader": "godot/head.j2"}
 OF_HEAD = {"facezip_head.gd": "godot/script.j2", "GUIDE.md": "godot/guide.j2"}
 
@@ -17,7 +17,7 @@ OF_HEAD = {"facezip_head.gd": "godot/script.j2", "GUIDE.md": "godot/guide.j2"}
 def _write_tile(tile: Tile, folder: Path) -> None:
     write_text(folder, OF_TILE, shader_words(tile, DIALECT))
     for image in folder.glob("*.png"):
-        settings = render("godot/import.j2", mips=not image.name.startswith(("weights", "regions.")))
+        settings = render("godot/import.j2", mips=not image.name.startswith(("weights", "masks.", "regions.")))
         (folder / f"{image.name}.import").write_text(settings, encoding="utf-8")
 
 

@@ -17,7 +17,7 @@ from facezip.files.statements import stated
 from facezip.pack.verification import stored
 
 FILE_NAME = "facezip.json"
-IMAGE = ".png"
+IMAGES = (".png", ".tif")
 # Godot's own settings lie beside each texture, and its editor adds to them.
 SETTINGS = ".import"
 _SETTING = re.compile(r"^[ \t]*([\w/]+)[ \t]*[=:][ \t]*(.*?)[ \t\r]*$", re.MULTILINE)
@@ -59,16 +59,21 @@ def settings_in(text: str) -> dict[str, str]:
     return {name: value.strip('"') for name, value in reversed(_SETTING.findall(text))}
 
 
-def _textures(document: Mapping[str, Any]) -> Iterator[tuple[str, bool]]:
-    """The textures' files, relative to the folder, and whether each has mip-maps: an atlas, with columns, has none."""
+def _textures(document: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, bool]]]:
+    """The textures' files, relative to the folder, and how each is imported: an atlas, with columns, has no mip-maps.
+
+    Numbers of a fit are no sRGB: an importer that takes them for that, or for transparent, changes them. Whole pictures
+    of colours, where a document says so, are.
+    """
     for tile, each in document.get("tiles", {"": document}).items():
-        regions = [each["regions"]] if "regions" in each else []
-        for entry in (*each["textures"].values(), *regions):
+        beside = [each[name] for name in ("regions", "masks") if name in each]
+        for entry in (*each["textures"].values(), *beside):
             for file in (entry[key] for key in ("file", "low") if key in entry):
-                yield f"{tile}/{file}" if tile else file, "columns" not in entry
+                settings = {"srgb": entry.get("srgb", False), "mipmaps": entry.get("mipmaps", "columns" not in entry)}
+                yield f"{tile}/{file}" if tile else file, settings
 
 
-def _files(folder: Path, textures: Mapping[str, bool]) -> Iterator[tuple[str, dict[str, Any]]]:
+def _files(folder: Path, textures: Mapping[str, dict[str, bool]]) -> Iterator[tuple[str, dict[str, Any]]]:
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder).as_posix()
         if not path.is_file() or name == FILE_NAME:
@@ -78,8 +83,7 @@ def _files(folder: Path, textures: Mapping[str, bool]) -> Iterator[tuple[str, di
             continue
         entry: dict[str, Any] = {**vars(stored(path))}
         if name in textures:
-            # Numbers of the fit: an importer that takes them for sRGB, or for transparent, changes them.
-            entry |= {"srgb": False, "mipmaps": textures[name]}
-            if path.suffix == IMAGE:
+            entry |= textures[name]
+            if path.suffix in IMAGES:
                 entry |= {"size": list(stated(path).size), "numbers": numbers_of(path)}
         yield name, entry

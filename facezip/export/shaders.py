@@ -41,12 +41,13 @@ def identifier(name: str) -> str:
 def shader_words(tile: Tile, dialect: Dialect) -> dict[str, object]:
     """What the templates say of a tile in a dialect: the :class:`facezip.export.words.Words` by name."""
     layout, count = tile.layout, len(tile.expressions)
-    slots = len(layout.weight_span)
+    slots, fours = len(layout.weight_span), tile.masks.fours if tile.masks else 0
     height, width = layout.weight_size
     words = Words(
         dialect=dialect,
         beta=dialect.beta or "beta",
         region_gains=dialect.region_gains or "region_gains",
+        activations=dialect.activations or "activations",
         float2=f"{dialect.vector}2",
         float3=f"{dialect.vector}3",
         float4=f"{dialect.vector}4",
@@ -57,8 +58,10 @@ def shader_words(tile: Tile, dialect: Dialect) -> dict[str, object]:
         identifier=identifier(tile.name),
         zero=number(ZERO / 255),
         count=count,
+        fours=fours,
+        vectors=tile.masks.count if tile.masks else 0,
         columns=layout.weight_columns,
-        rows=-(-count // layout.weight_columns),
+        rows=-(-(fours or count) // layout.weight_columns),
         width=width,
         height=height,
         slots=slots,

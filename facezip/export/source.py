@@ -15,6 +15,7 @@ from facezip.character.tiles import charts, shifted
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.export.fill import Fill
 from facezip.export.joining import CHANNELS, joined
+from facezip.export.masks import MOST_VECTORS, Masks
 from facezip.export.regions import Regions, read_regions
 from facezip.export.sheets import Sheet
 from facezip.files.images import Texels
@@ -40,13 +41,14 @@ class Tile:
     ----------
     name : what the character, or this part of it, is called in shaders.
     expressions : N names in the order of the weight maps.
-    layout : UDIM number, and how the weight maps lie.
+    layout : UDIM number, and how the weight maps, or else the masks, lie.
     uniform_weights : N lists of R numbers where weights are uniform, else empty.
     weight_images : the atlas of every four slots: the bytes of the pack's PNG, or texels of weight maps that are made
-        of masks; none for uniform weights.
+        of masks; none for uniform weights, and where the pre-pass combines masks.
     maps : the kinds, albedo first.
     sheets : the textures that hold them; the albedo's first.
     regions : of the face, which can be turned down.
+    masks : what the pre-pass combines in the place of weight maps; None where it combines those.
     """
 
     name: str
@@ -57,6 +59,7 @@ class Tile:
     maps: tuple[Map, ...]
     sheets: tuple[Sheet, ...]
     regions: Regions
+    masks: Masks | None = None
 
     @property
     def known(self) -> list[str]:
@@ -107,7 +110,11 @@ class Source:
 
 
 def read_source(
-    pack: Path, maps: str = TOGETHER, normals_alone: bool = False, regions: Mapping[str, Path] | None = None
+    pack: Path,
+    maps: str = TOGETHER,
+    normals_alone: bool = False,
+    regions: Mapping[str, Path] | None = None,
+    expanded: bool = False,
 ) -> Source:
     """Verify a pack and read it for export.
 
@@ -117,6 +124,7 @@ def read_source(
     maps : ``"together"`` where maps share textures as far as they fit, ``"apart"`` where each has its own.
     normals_alone : whether normals share with no map as long as that takes no fetch more.
     regions : images of regions of the face, by their names.
+    expanded : whether weight maps are made of masks here, for what has no pre-pass that combines those.
 
     Raises
     ------
@@ -128,8 +136,9 @@ def read_source(
     manifest, stored = read.manifest, read.stored
     tiles = []
     for entry in manifest.tiles:
-        layout, images = _weight_maps(entry, read)
-        alone = tuple(_alone(stored, layout.number))
+        masks = None if expanded else _masks(entry, read)
+        layout, images = (entry, ()) if masks else _weight_maps(entry, read)
+        alone = tuple(_alone(stored, entry.number, _seen(stored, entry.number, masks)))
         sheets = joined(alone, normals_alone) if maps == TOGETHER else alone
         _check_names(pack, [sheet.name for sheet in sheets])
         tiles.append(
@@ -141,14 +150,15 @@ def read_source(
                 weight_images=images,
                 maps=stored.maps,
                 sheets=sheets,
-                regions=read.regions[layout.number],
+                regions=read.regions[entry.number],
+                masks=masks,
             )
         )
     return Source(pack, manifest.name, manifest.expressions, stored.meshes, tuple(tiles))
 
 
 class _Read(NamedTuple):
-    """What is read of a pack, and by tile the regions of the face and the files of weight maps."""
+    """What is read of a pack, and by tile the regions of the face and the files of weight maps, or of masks."""
 
     manifest: Manifest
     stored: StoredTextures
@@ -163,8 +173,27 @@ def _read(pack: Path, regions: Mapping[str, Path]) -> _Read:
     found = read_regions(pack, manifest, regions)
     stored = read_stored(pack, manifest)
     with reading(pack):
-        weights = {tile.number: tuple((pack / file).read_bytes() for file in tile.weights) for tile in manifest.tiles}
+        weights = {
+            number: tuple((pack / file).read_bytes() for file in files) for number, files in _images(manifest).items()
+        }
     return _Read(manifest, stored, found, weights)
+
+
+def _images(manifest: Manifest) -> dict[int, tuple[str, ...]]:
+    """By tile the files of weight maps, or the one of masks."""
+    if manifest.masks is None:
+        return {tile.number: tile.weights for tile in manifest.tiles}
+    return {tile.number: (file,) for tile, file in zip(manifest.tiles, manifest.masks.files, strict=True)}
+
+
+def _masks(tile: TileEntry, read: _Read) -> Masks | None:
+    """The masks of a tile, where there are any, and not more than shaders take."""
+    weights = read.stored.weights
+    if not isinstance(weights, MaskedWeights):
+        return None
+    (image,) = read.weights[tile.number]
+    masks = Masks(weights.names, image, tile.weight_columns, tile.weight_size, weights.vectors, weights.clamped)
+    return masks if masks.count <= MOST_VECTORS else None
 
 
 def _weight_maps(tile: TileEntry, read: _Read) -> tuple[TileEntry, tuple[bytes | Texels, ...]]:
@@ -182,10 +211,17 @@ def _weight_maps(tile: TileEntry, read: _Read) -> tuple[TileEntry, tuple[bytes |
     return layout, tuple(atlases(maps.texels, columns))
 
 
-def _alone(stored: StoredTextures, tile: int) -> Iterator[Sheet]:
-    """A sheet for each map of a tile."""
+def _seen(stored: StoredTextures, tile: int, masks: Masks | None) -> NDArray[np.float32]:
+    """Weight maps ``(N, h, w, R)`` as shaders see them: not rounded where a pre-pass makes them of masks."""
+    if masks is not None and isinstance(stored.weights, MaskedWeights):
+        return stored.weights[tile]
+    return stored.weight_maps(tile).values
+
+
+def _alone(stored: StoredTextures, tile: int, weights: NDArray[np.float32]) -> Iterator[Sheet]:
+    """A sheet for each map of a tile, under the weights ``(N, h, w, R)``."""
     topology = shifted(stored.meshes.topology, tile) if stored.meshes else None
-    weights, fills = stored.weight_maps(tile).values, dict[tuple[int, int], Fill]()
+    fills: dict[tuple[int, int], Fill] = {}
     for kind in stored.maps:
         part = stored.parts[kind.name, tile]
         _, height, width, channels = part.differences.shape
@@ -219,11 +255,11 @@ def _row_bytes(manifest: Manifest) -> int:
 def _whole_bytes(manifest: Manifest) -> int:
     """Of ``head.glb`` while it is put together: the neutrals' images, and mesh and normals of every expression.
 
-    And of the files of weight maps, from the beginning to the end.
+    And of the files of weight maps or masks, from the beginning to the end.
     """
     images = sum(manifest.files[texture.neutral].bytes for _, texture in manifest.entries().values())
     vertices = manifest.geometry.vertices if manifest.geometry else 0
-    weights = sum(manifest.files[file].bytes for tile in manifest.tiles for file in tile.weights)
+    weights = sum(manifest.files[file].bytes for files in _images(manifest).values() for file in files)
     return weights + 3 * images + 2 * 12 * vertices * (1 + len(manifest.expressions))
 
 

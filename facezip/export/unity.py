@@ -15,6 +15,7 @@ DIALECT = replace(
     HLSL,
     beta="_FaceZipBeta",
     region_gains="_FaceZipRegionGains",
+    activations="_FaceZipActivations",
     rows_from_below=True,
     encoded_if="UNITY_COLORSPACE_GAMMA",
 )

@@ -18,7 +18,8 @@ class Dialect:
     sampler : the type of a parameter that says how textures are sampled; empty where textures know.
     sample : an expression that samples a texture, with ``{texture}`` and ``{uv}``.
     load : an expression that reads a texel, with ``{texture}`` and ``{texel}``.
-    beta, region_gains : what the weights β and the gains of regions are called; global, or parameters where empty.
+    beta, region_gains, activations : what the weights β, the gains of regions, and the activations of masks in a blend
+        are called; global, or parameters where empty.
     rows_from_below : whether the first row of a texture in memory is the lowest of the image.
     encoded_if : what is defined where a project takes colours as they are encoded; empty where none does.
     """
@@ -32,6 +33,7 @@ class Dialect:
     load: str
     beta: str = ""
     region_gains: str = ""
+    activations: str = ""
     rows_from_below: bool = False
     encoded_if: str = ""
 
@@ -94,14 +96,15 @@ class Words:
     Attributes
     ----------
     dialect : the shading language.
-    beta, region_gains : what the weights β and the gains of regions are called there.
+    beta, region_gains, activations : what the weights β and the like are called there.
     float2, float3, float4, int2 : types.
     load, sample : text that reads a texel, or samples, of a texture and a place.
     vector : text of a vector of numbers.
     identifier : the tile's name, as every language takes it.
     zero : the texel of a difference of zero.
     count : of expressions.
-    columns, rows, width, height : of the atlas in weight maps, and of a weight map in texels.
+    fours, vectors : how many places of the atlas masks take, and vectors of four activations a blend has; 0 without.
+    columns, rows, width, height : of the atlas in weight maps or fours of masks, and of one of these in texels.
     slots, layers, targets : how many difference textures a map has, layers of four slots, targets of three.
     weight_scale, weight_offset : of each layer.
     uniform : of each expression the weights of each layer, where those are uniform; else empty.
@@ -114,6 +117,7 @@ class Words:
     dialect: Dialect
     beta: str
     region_gains: str
+    activations: str
     float2: str
     float3: str
     float4: str
@@ -124,6 +128,8 @@ class Words:
     identifier: str
     zero: str
     count: int
+    fours: int
+    vectors: int
     columns: int
     rows: int
     width: int

@@ -30,6 +30,7 @@ from facezip.machine.rows import by_rows
 
 # Bytes that a disk may have left although it has refused some.
 FULL = 2**16
+TIFF, EPOCH = (".tif", ".tiff"), "1970:01:01 00:00:00"
 
 Texels = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
 
@@ -137,6 +138,9 @@ def _encode_file(
     spec = oiio.ImageSpec(width, height, channels, str(stored or texels.dtype).replace("float32", "float"))
     spec.attribute("oiio:UnassociatedAlpha", 1)
     spec.attribute("png:compressionLevel", compression)
+    if path.suffix.lower() in TIFF:
+        # Otherwise that of writing, and the same texels would be other bytes.
+        spec.attribute("DateTime", EPOCH)
     output = oiio.ImageOutput.create(str(path))
     if output is None:
         raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{path}: {reason(oiio)}; use .png, .tif or .exr")

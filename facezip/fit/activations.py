@@ -11,6 +11,7 @@ coordinate descent (Wright, Coordinate Descent Algorithms, 2015), from what the 
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +19,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from facezip.fit.weights import WeightSystem
-from facezip.machine.rows import map_rows
+from facezip.machine import memory
+from facezip.machine.rows import BLOCK, by_rows, map_rows
 from facezip.pack.masked import STEP
 
 # Warm started: more would solve exactly what the next alternation changes again.
@@ -98,27 +100,41 @@ def solve_activations(
 
 def project(system: WeightSystem, masks: NDArray[np.uint8]) -> ActivationSystem:
     """The equations of the activations of masks ``(K, h, w)``, from those of the weight maps of a tile."""
-    _, slots, count, _ = system.right.shape
-    values = STEP * masks.astype(np.float32)
+    height, slots, count, _ = system.right.shape
+    values = by_rows(lambda rows: STEP * masks[:, rows].astype(np.float32), masks.shape, np.float32, axis=1)
     matrix, right = np.zeros((len(masks), slots, len(masks), slots)), np.zeros((len(masks), slots, count))
     active = _active(values)
-    map_rows(lambda first, end: _project(first, end, *system, values, active, matrix, right), len(masks))
+    for top in range(0, height, BLOCK):
+        rows = top, min(top + BLOCK, height)
+        project = partial(_project, rows=rows, masks=values, active=active, projected=matrix, products=right)
+        map_rows(partial(project, matrix=system.matrix, right=system.right), len(masks))
     unknowns = len(masks) * slots
     flat = matrix.reshape(unknowns, unknowns)
     return ActivationSystem((flat + flat.T) / 2, np.ascontiguousarray(right.reshape(unknowns, count).T))
 
 
 def _active(masks: NDArray[np.float32]) -> _Active:
-    by_texel = masks.reshape(len(masks), -1).T
-    texel, which = np.nonzero(by_texel)
-    first = np.searchsorted(texel, np.arange(len(by_texel) + 1))
-    return _Active(first, which, by_texel[texel, which])
+    _, height, width = masks.shape
+    counts = by_rows(lambda rows: np.count_nonzero(masks[:, rows], axis=0), (height, width), np.int64)
+    first = np.concatenate([[0], np.cumsum(counts)])
+    which: NDArray[np.int64] = memory.empty((first[-1],), np.int64)
+    value: NDArray[np.float32] = memory.empty((first[-1],), np.float32)
+
+    def fill(top: int, bottom: int) -> None:
+        by_texel = masks[:, top:bottom].reshape(len(masks), -1).T
+        texel, mask = np.nonzero(by_texel)
+        some = slice(first[top * width], first[bottom * width])
+        which[some], value[some] = mask, by_texel[texel, mask]
+
+    map_rows(fill, height)
+    return _Active(first, which, value)
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
 def _project(
     begin: int,
     end: int,
+    rows: tuple[int, int],
     matrix: NDArray[np.float32],
     right: NDArray[np.float32],
     masks: NDArray[np.float32],
@@ -126,11 +142,11 @@ def _project(
     projected: NDArray[np.float64],
     products: NDArray[np.float64],
 ) -> None:
-    """Rows of Mᵀ A M and of Mᵀ b, those of masks ``begin`` to ``end``."""
-    h, slots, count, w = right.shape
+    """Add texels of some rows to Mᵀ A M and to Mᵀ b, of masks ``begin`` to ``end``."""
+    _, slots, count, w = right.shape
     coupled = np.empty((slots, slots))
     for k in range(begin, end):
-        for y in range(h):
+        for y in range(rows[0], rows[1]):
             for x in range(w):
                 if _couple(k, y, x, matrix, masks, coupled):
                     for e in range(active.first[y * w + x], active.first[y * w + x + 1]):

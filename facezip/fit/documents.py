@@ -60,6 +60,23 @@ class ChoiceFacts:
 
 
 @dataclass(frozen=True, kw_only=True)
+class KeptFacts:
+    """What a region that is kept of an older pack costs.
+
+    Attributes
+    ----------
+    regions : their names.
+    share : how much of the face is inside, 0..1.
+    rmse_inside, rmse_outside : of the albedo, 0..255; null where there is nothing.
+    """
+
+    regions: Sequence[str]
+    share: float
+    rmse_inside: float | None
+    rmse_outside: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
 class CompressDocument(MeasuredPack, Registration, Document):
     """What ``facezip compress`` wrote.
 
@@ -67,6 +84,7 @@ class CompressDocument(MeasuredPack, Registration, Document):
     ----------
     pack : its folder.
     seconds : the whole job.
+    kept : where ``--keep-region`` was given.
     choice : where ``--target-rmse`` or ``--budget-mb`` was given.
     cleaning : where ``--clean`` was given; errors are those to the clean scans.
     """
@@ -74,6 +92,7 @@ class CompressDocument(MeasuredPack, Registration, Document):
     format: Literal["facezip-compress/1"] = "facezip-compress/1"
     pack: str
     seconds: float
+    kept: KeptFacts | None = None
     choice: ChoiceFacts | None = None
     cleaning: CleaningFacts | None = None
 

@@ -9,7 +9,6 @@ from facezip.character.loading import load_character
 from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import Texels
-from facezip.files.reading import undisturbed
 from facezip.files.writing import check_target
 from facezip.fit.documents import ExtendDocument
 from facezip.fit.extension import beside_neutral_of, extended
@@ -23,9 +22,9 @@ from facezip.pack.facts import pack_facts
 from facezip.pack.manifest import Manifest
 from facezip.pack.parsing import read_manifest
 from facezip.pack.quantise import StoredTextures
-from facezip.pack.read import read_stored
+from facezip.pack.read import read_bytes
 from facezip.pack.same_neutral import check_same_neutral
-from facezip.pack.verification import is_pack, verify_pack
+from facezip.pack.verification import is_pack
 
 # A fit of all is advised for an expression that would lose less than two thirds of its error there, and half a level.
 MUCH, MUCH_IN_LEVELS = 1.5, 0.5
@@ -54,10 +53,10 @@ def extend_into(
     """
     start = perf_counter()
     check_target(output, overwrite, is_pack)
-    before, stored = undisturbed(pack, lambda: _read(pack))
+    before, stored = read_bytes(pack)
     model = stored.dequantised()
     maps = tuple(kind.name for kind in stored.maps)
-    scans = load_character(character, maps=maps)
+    scans = load_character(character, maps=maps, fewest=1)
     check_same_neutral(scans, stored, model, pack)
     kept, added = _names(pack, stored, scans)
     registration = check_registration(scans, added, character, warn)
@@ -85,11 +84,6 @@ def extend_into(
         region="mask" if scans.masked else "whole texture",
         seconds=round(perf_counter() - start, 3),
     )
-
-
-def _read(pack: Path) -> tuple[Manifest, StoredTextures]:
-    manifest = verify_pack(pack)
-    return manifest, read_stored(pack, manifest)
 
 
 def _names(pack: Path, stored: StoredTextures, scans: Character) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -2,12 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.machine import memory
+from facezip.machine.rows import by_rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,27 +75,44 @@ class GivenMasks:
         return allowed
 
     def _on_grid(self, tile: int, size: tuple[int, int]) -> NDArray[np.uint8]:
-        nowhere = np.zeros(size, np.float32)
-        values = np.stack(
-            [
-                resampled(self.images[name, tile], size) if (name, tile) in self.images else nowhere
-                for name in self.names
-            ]
+        values: NDArray[np.float32] = memory.zeros((len(self.names), *size), np.float32)
+        for k, name in enumerate(self.names):
+            if (name, tile) in self.images:
+                values[k] = resampled(self.images[name, tile], size)
+                memory.ease()
+        return as_bytes(
+            by_rows(lambda rows: _shares(values[:, rows]), values.shape, np.float32, axis=1)
+            if self.sum_to_one
+            else values
         )
-        if self.sum_to_one:
-            total = values.sum(axis=0)
-            values = np.divide(values, total, out=values, where=total > 0)
-        return as_bytes(values)
 
 
 def as_bytes(masks: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Masks in [0, 1] as a pack stores them."""
-    return np.rint(np.clip(masks, 0, 1) * np.float32(255)).astype(np.uint8)
+    """Masks ``(K, h, w)`` in [0, 1] as a pack stores them."""
+
+    def rounded(rows: slice) -> NDArray[np.uint8]:
+        return np.rint(np.clip(masks[:, rows], 0, 1) * np.float32(255)).astype(np.uint8)
+
+    return by_rows(rounded, masks.shape, np.uint8, axis=1)
+
+
+def _shares(masks: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Masks ``(K, h, w)`` divided by their sum, where that is not 0."""
+    total = masks.sum(axis=0)
+    return np.divide(masks, total, out=masks.copy(), where=total > 0)
 
 
 def resampled(image: NDArray[np.float32], size: tuple[int, int]) -> NDArray[np.float32]:
     """An image ``(H, W)`` at another size ``(h, w)``: means of what a texel covers, or values between texels."""
     (height, width), (h, w) = image.shape, size
-    smaller = height * width > h * w
-    way = Image.Resampling.BOX if smaller else Image.Resampling.BILINEAR
-    return np.array(Image.fromarray(image).resize((w, h), way))
+    if height * width <= h * w:
+        return np.array(Image.fromarray(image).resize((w, h), Image.Resampling.BILINEAR))
+
+    def means(rows: slice) -> NDArray[np.float32]:
+        above, below = rows.start * height / h, rows.stop * height / h
+        first, end = int(above), min(ceil(below), height)
+        band = Image.fromarray(np.ascontiguousarray(image[first:end]))
+        box = (0, above - first, width, min(below, height) - first)
+        return np.array(band.resize((w, rows.stop - rows.start), Image.Resampling.BOX, box))
+
+    return by_rows(means, size, np.float32)

@@ -3,6 +3,7 @@
 import re
 import tomllib
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from facezip.files.opening import OTHER_SUFFIXES, TEXTURE_SUFFIXES, not_read
 from facezip.files.reading import reading
 from facezip.files.values import read_mask
 from facezip.fit.given import GivenMasks
+from facezip.machine.rows import by_rows, map_rows
 from facezip.names import MAX_CHARACTERS, first_unusable
 
 SETTINGS = "masks.toml"
@@ -101,7 +103,7 @@ def _masks_of(path: Path, channels: dict[str, list[str]]) -> Iterator[tuple[tupl
     texels = _channels(path, len(channels[name]))
     for channel, each in enumerate(channels[name]):
         if each:
-            yield (each, tile), np.ascontiguousarray(texels[..., channel])
+            yield (each, tile), by_rows(partial(_channel, texels, channel), texels.shape[:2], np.float32)
 
 
 def _one_mask(path: Path) -> NDArray[np.float32]:
@@ -127,10 +129,19 @@ def _channels(path: Path, count: int) -> NDArray[np.float32]:
     if texels.shape[2] < count:
         reason = f"{texels.shape[2]} channels; {SETTINGS} names {count}"
         raise FaceZipError(ErrorCode.BAD_VALUE, f"{path}: {reason}")
-    values = texels.astype(np.float32) / np.float32(1 if facts.is_float else np.iinfo(texels.dtype).max)
-    if not (np.isfinite(values).all() and values.min() >= 0 and values.max() <= 1):
+    whole = np.float32(1 if facts.is_float else np.iinfo(texels.dtype).max)
+    values = by_rows(lambda rows: texels[rows].astype(np.float32) / whole, texels.shape, np.float32)
+    if not all(map_rows(lambda top, bottom: _are_of_a_mask(values[top:bottom]), len(values))):
         raise FaceZipError(ErrorCode.BAD_TEXELS, f"{path}: values outside 0..1; a mask lies within, rescale it")
     return values
+
+
+def _are_of_a_mask(values: NDArray[np.float32]) -> bool:
+    return bool(np.isfinite(values).all() and values.min() >= 0 and values.max() <= 1)
+
+
+def _channel(texels: NDArray[np.float32], channel: int, rows: slice) -> NDArray[np.float32]:
+    return texels[rows, :, channel]
 
 
 def _check_names(folder: Path, names: tuple[str, ...], said: dict[str, Any]) -> None:

@@ -34,9 +34,11 @@ def solve_bounded(
     low: NDArray[np.float32],
     high: NDArray[np.float32],
     sweeps: int = SWEEPS,
+    held: NDArray[np.bool_] | None = None,
 ) -> tuple[NDArray[np.float32], float]:
     """Sweeps from ``start`` ``(h, R, N, w)``; weights stay between ``low`` and ``high``, ``(R, N)``, of slot and
-    expression. Returns as :func:`facezip.fit.weights.solve_weights`.
+    expression, and as they are where they are ``held`` ``(h, R, N, w)``. Returns as
+    :func:`facezip.fit.weights.solve_weights`.
     """
     product: NDArray[np.float32] = memory.empty(start.shape, np.float32)
     height, right = len(start), system.right
@@ -48,8 +50,10 @@ def solve_bounded(
     explained = sum(map_rows(share, height))
     weights = by_rows(lambda rows: start[rows], start.shape, np.float32)
     bounds = np.ascontiguousarray(low), np.ascontiguousarray(high)
+    # Of one type whether there are any: the kernel is compiled once.
+    held = np.zeros((0, 0, 0, 0), np.bool_) if held is None else held
     for step in range(sweeps * COLOURS):
-        relax = partial(_relax, colour=step % COLOURS, matrix=system.matrix, right=right, bounds=bounds)
+        relax = partial(_relax, colour=step % COLOURS, matrix=system.matrix, right=right, bounds=bounds, held=held)
         map_rows(partial(relax, weights=weights), height)
     return weights, explained
 
@@ -62,6 +66,7 @@ def _relax(
     matrix: NDArray[np.float32],
     right: NDArray[np.float32],
     bounds: tuple[NDArray[np.float32], NDArray[np.float32]],
+    held: NDArray[np.bool_],
     weights: NDArray[np.float32],
 ) -> None:
     h, slots, count, w = right.shape
@@ -79,5 +84,6 @@ def _relax(
                             for n in range(count):
                                 rest[n] -= matrix[y, i, j, cell, x] * weights[near, j, n, beside]
                 for n in range(count):
-                    best = weights[y, i, n, x] + rest[n] / matrix[y, i, i, 4, x]
-                    weights[y, i, n, x] = min(max(best, low[i, n]), high[i, n])
+                    if held.size == 0 or not held[y, i, n, x]:
+                        best = weights[y, i, n, x] + rest[n] / matrix[y, i, i, 4, x]
+                        weights[y, i, n, x] = min(max(best, low[i, n]), high[i, n])

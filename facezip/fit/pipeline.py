@@ -15,10 +15,14 @@ from facezip.files.values import read_values
 from facezip.files.writing import check_target
 from facezip.fit.choice import Choice, choose
 from facezip.fit.documents import ChoiceFacts, CompressDocument, MeasuredPack, Registration
+from facezip.fit.extension import beside_neutral_of
 from facezip.fit.importance import Importance, importance_files
+from facezip.fit.kept_errors import kept_facts
+from facezip.fit.kept_files import Keeping, read_kept
 from facezip.fit.locks import read_locks
 from facezip.fit.mask_folder import read_masks
 from facezip.fit.methods import compress
+from facezip.fit.painted_files import read_painted
 from facezip.fit.settings import Settings, made_with
 from facezip.names import printable
 from facezip.pack.errors import pack_errors
@@ -44,6 +48,8 @@ class Request:
     clean : those of :data:`facezip.cleaning.steps.STEPS` that are taken before the fit.
     given_masks : a folder of masks (:func:`facezip.fit.mask_folder.read_masks`), or None.
     locks : images of difference textures that stay as they are, by name (:func:`facezip.fit.locks.read_locks`).
+    painted : images of weight maps that do (:func:`facezip.fit.painted_files.read_painted`).
+    keeping : regions that stay as they are in an older pack (:func:`facezip.fit.kept_files.read_kept`), or None.
     """
 
     method: str = "refined"
@@ -56,6 +62,8 @@ class Request:
     clean: tuple[str, ...] = ()
     given_masks: Path | None = None
     locks: Mapping[str, Path] = field(default_factory=dict)
+    painted: Mapping[str, Path] = field(default_factory=dict)
+    keeping: Keeping | None = None
 
     @property
     def goals(self) -> dict[str, float]:
@@ -71,6 +79,10 @@ class Request:
             stated["map_weights"] = dict(self.map_weights)
         if self.locks:
             stated["locked"] = sorted(self.locks)
+        if self.painted:
+            stated["locked_weights"] = sorted(self.painted)
+        if self.keeping:
+            stated["kept"] = self.keeping.stated
         if self.given_masks is not None:
             # As many as there are in the folder; nothing of them is random.
             stated = {name: value for name, value in stated.items() if name not in ("masks", "seed")}
@@ -110,7 +122,7 @@ def compress_into(
     scans = cleaned.character
     registration = check_registration(scans, scans.expressions, character, warn)
     importance = None if request.importance is None else read_importance(request.importance, scans)
-    choice = None
+    choice = kept = None
     stated = request.stated
     if request.goals:
         choice = _chosen(scans, request, importance)
@@ -120,12 +132,19 @@ def compress_into(
         settings = asdict(request.settings)
         slots = min(request.settings.differences, len(scans.expressions))
         locks = read_locks(request.locks, scans, slots)
+        painted = read_painted(request.painted, scans, slots, request.settings.weight_scale)
+        if request.keeping:
+            kept = read_kept(request.keeping, scans, request.settings.differences, request.settings.weight_scale)
+            scans = beside_neutral_of(kept.stored, scans)
+            stated |= {"nonnegative": True} if kept.nonnegative else {}
         model = compress(
             scans,
             request.method,
             **settings,
             given_masks=given,
             locks=locks,
+            painted=painted,
+            kept=kept,
             importance=importance,
             map_weights=request.map_weights,
         )
@@ -135,6 +154,7 @@ def compress_into(
         **vars(registration),
         pack=str(output),
         seconds=round(perf_counter() - start, 3),
+        kept=kept_facts(scans, kept, output) if kept else None,
         choice=ChoiceFacts(reason=choice.reason, tried=choice.tried) if choice else None,
         cleaning=cleaned.facts if request.clean else None,
     )

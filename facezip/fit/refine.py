@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.samples import Samples, thinned
+from facezip.fit.held import Held
 from facezip.fit.momentum import accelerated
 from facezip.fit.nonnegative import solve_bounded, solve_nonnegative
 from facezip.fit.pca import larger_sides, principal_weights
@@ -31,6 +32,9 @@ TEXELS_VISITED = 2**24
 
 Locked = Mapping[int, NDArray[np.float32]]
 Solve = Callable[[WeightSystem, NDArray[np.float32]], tuple[NDArray[np.float32], float]]
+Ahead = Callable[[NDArray[np.float32], NDArray[np.float32], float], NDArray[np.float32]]
+# The textures of a map under weights ``(h, R, N, w)``, where some of them stay as they are.
+Textures = Callable[[Samples, NDArray[np.float32]], NDArray[np.float32]]
 
 
 def fit_weights(
@@ -75,9 +79,30 @@ def fit_weights(
         weights = uniform(larger_sides(components), grid)
     else:
         weights = balanced_start(few, components, grid)
-    fit = _Fit(maps, smoothness, nonnegative, locked if taken else ())
+    fit = _Fit(maps, smoothness, nonnegative, around(locked) if taken else ())
     weights = fit.alternated(weights, solve_nonnegative if nonnegative else solve_weights)
     return weights if sparse is None else fit.sparse(weights, sparse)
+
+
+def around(locked: Sequence[Locked]) -> list[Textures]:
+    """How the textures of each map are solved around those that are locked."""
+    return [partial(solve_textures, locked=fixed) for fixed in locked]
+
+
+def fit_around(
+    maps: Sequence[Samples], weights: NDArray[np.float32], held: Held, textures: Sequence[Textures]
+) -> NDArray[np.float32]:
+    """The weight maps ``(h, R, N, w)`` of a fit of which some stay as they are.
+
+    Parameters
+    ----------
+    maps : as in :func:`fit_weights`.
+    weights : to start from.
+    held : what stays, and the bounds of the others.
+    textures : of each map, how its textures are solved; none where they are free.
+    """
+    solve = partial(solve_bounded, low=held.low, high=held.high, held=held.where)
+    return _Fit(maps, SMOOTHNESS, False, textures).alternated(held.put(weights), solve, held.ahead)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,9 +112,9 @@ class _Fit:
     maps: Sequence[Samples]
     smoothness: float
     nonnegative: bool
-    locked: Sequence[Locked]
+    textures: Sequence[Textures]
 
-    def alternated(self, weights: NDArray[np.float32], solve: Solve) -> NDArray[np.float32]:
+    def alternated(self, weights: NDArray[np.float32], solve: Solve, ahead: Ahead | None = None) -> NDArray[np.float32]:
         """Textures and weights in turn, from ``weights``."""
         count, unit = alternations(self.maps[0].importance.size), 0.0
 
@@ -100,15 +125,15 @@ class _Fit:
             system.regularise(unit, self.smoothness)
             return solve(system, ahead)
 
-        ahead = partial(_extrapolated, low=0 if self.nonnegative else -np.inf)
-        return accelerated(weights, track(range(count), "Refining", count), ahead, alternate)
+        within = ahead or partial(_extrapolated, low=0 if self.nonnegative else -np.inf)
+        return accelerated(weights, track(range(count), "Refining", count), within, alternate)
 
     def system(self, weights: NDArray[np.float32]) -> WeightSystem:
         """The weights' equations under the best textures, those that are locked among them."""
-        if not self.locked:
+        if not self.textures:
             return joint_system(self.maps, weights)
-        pairs = zip(self.maps, self.locked, strict=True)
-        return joint_system(self.maps, weights, [solve_textures(some, weights, locked=fixed) for some, fixed in pairs])
+        pairs = zip(self.maps, self.textures, strict=True)
+        return joint_system(self.maps, weights, [solved(some, weights) for some, solved in pairs])
 
     def sparse(self, weights: NDArray[np.float32], most: int) -> NDArray[np.float32]:
         """Weights that use ``most`` slots an expression: each gives up the one that does least in it, and is refined
@@ -132,10 +157,17 @@ def alternations(texels: int) -> int:
     return min(max(TEXELS_VISITED // texels, 4), 16)
 
 
-def at_most_one(weights: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Each slot of weights ≥ 0 scaled until its largest is 1, for textures that are fitted to that; and what it was."""
+def at_most_one(
+    weights: NDArray[np.float32], units: Mapping[int, np.float32] | None = None
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Each slot of weights ≥ 0 scaled until its largest is 1, for textures that are fitted to that; and what it was.
+
+    Of a slot that is named among ``units`` that one becomes 1, and no weight is larger.
+    """
     largest = np.max(map_rows(lambda top, bottom: weights[top:bottom].max(axis=(0, 2, 3)), len(weights)), axis=0)
     unit = np.where(largest > 0, largest, np.float32(1))
+    for slot, one in (units or {}).items():
+        unit[slot] = one
     return by_rows(lambda rows: weights[rows] / unit[:, None, None], weights.shape, np.float32), unit
 
 

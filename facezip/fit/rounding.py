@@ -14,10 +14,12 @@ from facezip.pack.quantise import STEPS, best_ranges, quantise_weights
 MANY_TEXELS = 2**20
 
 
-def as_stored(weights: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Weight maps ``(h, R, N, w)`` as a pack gives them back, ``(N, h, w, R)``."""
+def as_stored(weights: NDArray[np.float32], ranges: NDArray[np.float32] | None = None) -> NDArray[np.float32]:
+    """Weight maps ``(h, R, N, w)`` as a pack gives them back, ``(N, h, w, R)``; ``ranges`` as of
+    :func:`facezip.pack.quantise.quantise_weights`.
+    """
     turned = weights.transpose(2, 0, 3, 1)
-    return quantise_weights(by_rows(lambda rows: turned[:, rows], turned.shape, np.float32, axis=1)).values
+    return quantise_weights(by_rows(lambda rows: turned[:, rows], turned.shape, np.float32, axis=1), ranges).values
 
 
 def as_fitted(weights: NDArray[np.float32]) -> NDArray[np.float32]:

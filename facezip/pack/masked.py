@@ -12,6 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from facezip.machine.rows import by_rows
+from facezip.pack.footprint import SLOTS_PER_LAYER
 
 # Of a byte of a mask.
 STEP = np.float32(1 / 255)
@@ -47,6 +48,29 @@ class MaskedWeights(Mapping[int, NDArray[np.float32]]):
     def clamped(self) -> bool:
         """Whether all activations lie in 0..1, as engines need that clamp them."""
         return bool((self.activations >= 0).all() and (self.activations <= 1).all())
+
+    @property
+    def vectors(self) -> NDArray[np.float16]:
+        """Activations as a pre-pass takes them: ``(N, L, K', 4)``, of each layer of four slots and mask four numbers.
+
+        K' is K filled up to fours, as masks lie in images; what is filled up is 0.
+        """
+        count, masks, slots = self.activations.shape
+        padded = np.pad(self.activations, ((0, 0), (0, -masks % SLOTS_PER_LAYER), (0, -slots % SLOTS_PER_LAYER)))
+        layered = padded.reshape(count, padded.shape[1], -1, SLOTS_PER_LAYER).transpose(0, 2, 1, 3)
+        return np.ascontiguousarray(layered)
+
+    def fours(self, tile: int) -> NDArray[np.uint8]:
+        """The masks of a tile as images hold them: ``(K' / 4, h, w, 4)``, what is left of the last four 0."""
+        masks = self.masks[tile]
+        count, height, width = masks.shape
+
+        def rows_of(rows: slice) -> NDArray[np.uint8]:
+            padded = np.pad(masks[:, rows], ((0, -count % SLOTS_PER_LAYER), (0, 0), (0, 0)))
+            return padded.reshape(-1, SLOTS_PER_LAYER, *padded.shape[1:]).transpose(0, 2, 3, 1)
+
+        shape = -(-count // SLOTS_PER_LAYER), height, width, SLOTS_PER_LAYER
+        return by_rows(rows_of, shape, np.uint8, axis=1)
 
     def combined(self, betas: NDArray[np.float32], tile: int) -> NDArray[np.float32]:
         """The weight map ``(h, w, R)`` of a blend of ``betas`` ``(N,)``, as a pre-pass makes it."""

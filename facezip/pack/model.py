@@ -1,7 +1,8 @@
 """The compressed textures in memory: equation (1) for one expression, (8) and (12) for any blend."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -11,6 +12,7 @@ from facezip.character.maps import ALBEDO, Key, Map
 from facezip.character.meshes import Meshes
 from facezip.character.scans import NEUTRAL, map_named, tile_among, unknown
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.images import Texels
 from facezip.machine.rows import by_rows
 from facezip.names import one_form
 from facezip.pack.footprint import Footprint, Texture
@@ -30,16 +32,18 @@ class Part:
     neutral : ``(H, W, C)`` float32 in [0, 1].
     differences : ``(R, H, W, C)`` float32, signed.
     bits : 8 or 16 a channel, which keep what the scans' neutral held.
-    difference_range : ``(R, C)`` float32, the largest value of a difference texture that a pack has to hold where the
+    difference_range : ``(R, C)``, the largest value of a difference texture that a pack has to hold where the
         fit chose one; None for the largest there is.
     locked : slots whose values are the bytes that somebody gave, down to a byte of 0, with their range.
+    packed : the neutral as a pack stores it, where it is that of one; its own rounding otherwise.
     """
 
     neutral: NDArray[np.float32]
     differences: NDArray[np.float32]
     bits: int = 8
-    difference_range: NDArray[np.float32] | None = None
+    difference_range: NDArray[np.floating[Any]] | None = None
     locked: frozenset[int] = frozenset()
+    packed: Texels | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +59,8 @@ class CompressedTextures:
     weights : by tile, ``(N, h, w, R)`` float32, sampled bilinearly; the maps of a tile share them. PCA is the special
         case of one texel, ``h = w = 1``; a :class:`MaskedWeights` makes them of fixed masks.
     meshes : the geometry, whose UV layout spans all tiles, or None.
+    weight_ranges : by tile, offset and span ``(2, R)`` float32 of weight maps in a pack, where the fit chose them; NaN
+        for a slot, or no tile, where they are the least weight and how far the largest is from it.
     """
 
     method: str
@@ -63,6 +69,7 @@ class CompressedTextures:
     parts: Mapping[Key, Part]
     weights: Mapping[int, NDArray[np.float32]]
     meshes: Meshes | None = None
+    weight_ranges: Mapping[int, NDArray[np.float32]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Names are kept in one Unicode form, whoever makes a model."""

@@ -106,7 +106,10 @@ def quantise(model: CompressedTextures) -> StoredTextures:
     """Round a model to 8 bits a channel (neutrals to 8 or 16), each range stretched to use them fully."""
     kinds = {kind.name: kind for kind in model.maps}
     parts = {key: quantise_part(part, kinds[key[0]]) for key, part in model.parts.items()}
-    weights = model.masked or {tile: quantise_weights(values) for tile, values in model.weights.items()}
+    ranges = model.weight_ranges
+    weights = model.masked or {
+        tile: quantise_weights(values, ranges.get(tile)) for tile, values in model.weights.items()
+    }
     return StoredTextures(model.method, model.expressions, model.maps, parts, weights, model.meshes)
 
 
@@ -120,8 +123,11 @@ def quantise_part(part: Part, kind: Map) -> StoredPart:
     differences: NDArray[np.uint8] = memory.empty(values.shape, np.uint8)
     # A byte of 0 is a step beyond the range, which no fit needs, but a painted layer may have.
     low = np.array([-ZERO if slot in part.locked else -STEPS for slot in range(len(values))], np.float32)
-    map_rows(lambda top, bottom: _round_differences(top, bottom, values, ranges, low, differences), len(differences[0]))
-    return StoredPart(packed_neutral(part.neutral, kind, part.bits), differences, ranges * np.float32(255 / STEPS))
+    limits = ranges.astype(np.float32)
+    map_rows(lambda top, bottom: _round_differences(top, bottom, values, limits, low, differences), len(differences[0]))
+    neutral = packed_neutral(part.neutral, kind, part.bits) if part.packed is None else part.packed
+    # Doubles give back the very span of another pack.
+    return StoredPart(neutral, differences, (ranges * ranges.dtype.type(255 / STEPS)).astype(np.float32))
 
 
 def dequantise_part(stored: StoredPart, kind: Map) -> Part:
@@ -133,8 +139,11 @@ def dequantise_part(stored: StoredPart, kind: Map) -> Part:
     return Part(to_float(unpacked_neutral(stored.neutral, kind)), differences, stored.bits)
 
 
-def quantise_weights(weights: NDArray[np.float32]) -> StoredWeights:
-    """Weight maps ``(N, h, w, R)`` as bytes, each slot's range stretched over all maps."""
+def quantise_weights(weights: NDArray[np.float32], ranges: NDArray[np.float32] | None = None) -> StoredWeights:
+    """Weight maps ``(N, h, w, R)`` as bytes, each slot's range stretched over all maps.
+
+    ``ranges`` ``(2, R)`` are offset and span of each slot where they are chosen already, NaN where not.
+    """
     if weights.shape[1:3] == (1, 1):
         slots = weights.shape[3]
         return StoredWeights(weights, np.ones(slots, np.float32), np.zeros(slots, np.float32))
@@ -146,6 +155,8 @@ def quantise_weights(weights: NDArray[np.float32]) -> StoredWeights:
     parts = map_rows(extent, weights.shape[1])
     offset: NDArray[np.float32] = np.min([low for low, _ in parts], axis=0)
     span: NDArray[np.float32] = np.max([high for _, high in parts], axis=0) - offset
+    if ranges is not None:
+        offset, span = np.where(np.isnan(ranges), [offset, span], ranges).astype(np.float32)
     return StoredWeights(weight_bytes(weights, offset, span), span, offset)
 
 

@@ -38,14 +38,19 @@ def read_pack(path: str | Path) -> CompressedTextures:
         What :func:`facezip.verify_pack` raises; ``BAD_PACK`` too for a file whose content is not what the manifest
         says. Nothing is read from a pack that fails verification.
     """
-    folder = Path(path)
+    _, stored = read_bytes(Path(path))
+    return stored.dequantised()
 
-    def stored() -> StoredTextures:
+
+def read_bytes(folder: Path) -> tuple[Manifest, StoredTextures]:
+    """Verify a pack of any version; its manifest, and what it holds as it is stored. Raises as :func:`read_pack`."""
+
+    def verified() -> tuple[Manifest, StoredTextures]:
         manifest = verify_pack(folder)
         memory.check(_row_bytes(manifest))
-        return read_stored(folder, manifest)
+        return manifest, read_stored(folder, manifest)
 
-    return undisturbed(folder, stored).dequantised()
+    return undisturbed(folder, verified)
 
 
 def _row_bytes(manifest: Manifest) -> int:
@@ -86,7 +91,8 @@ def _part(folder: Path, entry: MapEntry, texture: TextureEntry) -> StoredPart:
     with ThreadPoolExecutor(cores()) as pool:
         jobs = zip(texture.differences, differences, strict=True)
         list(pool.map(lambda job: _image(folder, job[0], shape, "uint8", job[1]), jobs))
-    span = np.array(texture.difference_span, np.float32) / np.float32(entry.kind.unit)
+    # In doubles, in which the writer's multiplication is exact: the very span that was fitted comes back.
+    span = (np.array(texture.difference_span, np.float64) / entry.kind.unit).astype(np.float32)
     neutral = _image(folder, texture.neutral, shape, f"uint{texture.neutral_bits}")
     return StoredPart(neutral, _fewer(differences, entry.channels), span)
 
@@ -107,13 +113,23 @@ def _weights(folder: Path, manifest: Manifest, tile: TileEntry) -> StoredWeights
     return StoredWeights(from_atlas(layers, tile.weight_size, count, len(span)), span, offset)
 
 
+def _by_mask(fours: NDArray[np.uint8], count: int) -> NDArray[np.uint8]:
+    """Masks ``(K, h, w)`` of an atlas's places ``(K' / 4, h, w, 4)``."""
+    _, height, width, _ = fours.shape
+
+    def rows_of(rows: slice) -> NDArray[np.uint8]:
+        return fours[:, rows].transpose(0, 3, 1, 2).reshape(-1, rows.stop - rows.start, width)[:count]
+
+    return by_rows(rows_of, (count, height, width), np.uint8, axis=1)
+
+
 def _masked(folder: Path, manifest: Manifest, entry: MasksEntry) -> MaskedWeights:
     count, slots = len(entry.names), len(manifest.tiles[0].weight_span)
     masks = {}
     for tile, file in zip(manifest.tiles, entry.files, strict=True):
         image = _image(folder, file, atlas_shape(tile, entry.fours), "uint8")
         fours = from_atlas([image], tile.weight_size, entry.fours, SLOTS_PER_LAYER)
-        masks[tile.number] = np.ascontiguousarray(fours.transpose(0, 3, 1, 2).reshape(-1, *tile.weight_size)[:count])
+        masks[tile.number] = _by_mask(fours, count)
     stored = np.fromfile(folder / entry.activations, "<f2").astype(np.float16)
     activations = stored.reshape(len(manifest.expressions), count, slots)
     masked = MaskedWeights(entry.names, masks, activations)

@@ -20,7 +20,6 @@ from facezip.machine.cores import cores
 from facezip.machine.rows import by_rows
 from facezip.pack.atlas import atlas, atlases, columns_of
 from facezip.pack.checks import first_out_of_range
-from facezip.pack.footprint import SLOTS_PER_LAYER
 from facezip.pack.geometry import head_bytes
 from facezip.pack.manifest import (
     ACTIVATIONS_FILE,
@@ -106,7 +105,7 @@ def _write_tile(model: CompressedTextures, tile: int, folder: Path) -> TileEntry
     weights = (
         _masks(model.masked, tile, images)
         if model.masked
-        else weights_entry(quantise_weights(model.weights[tile]), tile, images)
+        else weights_entry(quantise_weights(model.weights[tile], model.weight_ranges.get(tile)), tile, images)
     )
     with ThreadPoolExecutor(cores()) as pool:
         list(pool.map(lambda file: write_texture(folder / file, images[file]), images))
@@ -131,11 +130,8 @@ def weights_entry(weights: StoredWeights, tile: int, images: dict[str, Texels]) 
 
 def _masks(masked: MaskedWeights, tile: int, images: dict[str, Texels]) -> TileEntry:
     """As :func:`weights_entry`, of masks: an atlas of them by four."""
-    masks, slots = masked.masks[tile], masked.activations.shape[2]
-    size = masks.shape[1], masks.shape[2]
-    padded = np.pad(masks, ((0, -len(masks) % SLOTS_PER_LAYER), (0, 0), (0, 0)))
-    fours = padded.reshape(-1, SLOTS_PER_LAYER, *size).transpose(0, 2, 3, 1)
-    columns = columns_of(len(fours))
+    fours, slots = masked.fours(tile), masked.activations.shape[2]
+    size, columns = (fours.shape[1], fours.shape[2]), columns_of(len(fours))
     images[f"masks.{tile}.png"] = atlas(fours, columns)
     return TileEntry(tile, size, columns, (1.0,) * slots, (0.0,) * slots, weights=(), textures=())
 

@@ -21,6 +21,7 @@ from facezip.files.images import Texels
 from facezip.pack.footprint import SLOTS_PER_LAYER
 from facezip.pack.geometry import head_bytes
 from facezip.pack.manifest import HEAD_FILE, Manifest
+from facezip.pack.masked import MaskedWeights
 from facezip.pack.parsing import bad_pack
 from facezip.pack.quantise import StoredTextures, StoredWeights
 
@@ -28,10 +29,14 @@ Assets = dict[str, Callable[[], bytes]]
 
 
 def pack_assets(pack: Path, manifest: Manifest, stored: StoredTextures) -> Assets:
-    """What shows a pack: images as its files hold them, weight maps one after the other, the head as a GLB."""
-    assets: Assets = {}
+    """What shows a pack: images as its files hold them, weight maps or masks one after the other, the head as a GLB."""
+    masked = stored.weights if isinstance(stored.weights, MaskedWeights) else None
+    assets: Assets = {"activations.zlib": _constant(_deflated(masked.vectors.astype("<f2")))} if masked else {}
     for t, tile in enumerate(manifest.tiles):
-        assets[f"tile_{t}.weights.zlib"] = _constant(_deflated(_layers(stored.weight_maps(tile.number))))
+        if masked:
+            assets[f"tile_{t}.masks.zlib"] = _constant(_deflated(masked.fours(tile.number)))
+        else:
+            assets[f"tile_{t}.weights.zlib"] = _constant(_deflated(_layers(stored.weight_maps(tile.number))))
         for m, (entry, texture) in enumerate(zip(manifest.maps, tile.textures, strict=True)):
             stem = f"tile_{t}.map_{m}"
             for i, file in enumerate(texture.differences):

@@ -105,6 +105,7 @@ class SceneDocument(Document):
     max_slope : slopes of normals are clipped to this, either way.
     uniform : whether every weight map is one texel of floats.
     weight_range : the largest absolute weight.
+    fours : images that hold the masks which weight maps are sums of, by four; left out where weight maps are stored.
     costs : at run time.
     mesh : null where the pack has none.
     originals : whether the original textures are there.
@@ -122,6 +123,7 @@ class SceneDocument(Document):
     max_slope: float
     uniform: bool
     weight_range: float
+    fours: int | None = None
     costs: SceneCosts
     mesh: SceneMesh | None
     originals: bool

@@ -15,7 +15,8 @@ from facezip.files.reading import reading, undisturbed
 from facezip.pack.belonging import check_belongs
 from facezip.pack.errors import Errors, model_errors
 from facezip.pack.manifest import Manifest, MapEntry, TextureEntry, TileEntry
-from facezip.pack.quantise import ZERO, StoredTextures, StoredWeights
+from facezip.pack.masked import MaskedWeights
+from facezip.pack.quantise import ZERO, StoredTextures
 from facezip.pack.read import read_stored
 from facezip.pack.verification import bytes_on_disk, verify_pack
 from facezip.rigging.sequences import poses_for
@@ -84,12 +85,13 @@ def _document(read: _Read, errors: Errors | None) -> SceneDocument:
         expressions=manifest.expressions,
         poses=list(_poses(manifest.expressions)),
         maps=[_map(entry, errors) for entry in manifest.maps],
-        tiles=[_tile(tile, manifest.maps, stored.weight_maps(tile.number)) for tile in manifest.tiles],
+        tiles=[_tile(tile, manifest.maps) for tile in manifest.tiles],
         slots=cost.differences,
         difference_zero=ZERO / 255,
         max_slope=MAX_SLOPE,
         uniform=bool(manifest.uniform_weights),
-        weight_range=max(float(np.abs(stored.weight_maps(tile).values).max()) for tile in stored.weights),
+        weight_range=max(_largest_weight(stored, tile) for tile in stored.weights),
+        fours=manifest.masks.fours if manifest.masks else None,
         costs=SceneCosts(
             bytes_on_gpu=cost.bytes_on_gpu,
             bytes_raw=cost.bytes_raw,
@@ -120,13 +122,21 @@ def _map(entry: MapEntry, errors: Errors | None) -> SceneMap:
     )
 
 
-def _tile(tile: TileEntry, maps: tuple[MapEntry, ...], weights: StoredWeights) -> SceneTile:
+def _largest_weight(stored: StoredTextures, tile: int) -> float:
+    if isinstance(stored.weights, MaskedWeights):
+        # One after another: all weight maps are what masks spare.
+        maps = (stored.weights.combined(betas, tile) for betas in np.eye(len(stored.expressions), dtype=np.float32))
+        return max(float(np.abs(weights).max()) for weights in maps)
+    return float(np.abs(stored.weights[tile].values).max())
+
+
+def _tile(tile: TileEntry, maps: tuple[MapEntry, ...]) -> SceneTile:
     return SceneTile(
         number=tile.number,
         place=place_of(tile.number),
         weight_size=tile.weight_size,
-        weight_span=weights.span.tolist(),
-        weight_offset=weights.offset.tolist(),
+        weight_span=tile.weight_span,
+        weight_offset=tile.weight_offset,
         textures=[_texture(*each) for each in zip(maps, tile.textures, strict=True)],
     )
 

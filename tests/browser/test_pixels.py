@@ -19,6 +19,7 @@ CASES = {
     "six differences on two tiles": {"slots": 6, "tiles": (1001, 1002)},
     "uniform weights": {"maps": ("albedo", "normal"), "size": (64, 48), "weights": (1, 1)},
     "neutrals of 16 bits": {"bits": 16},
+    "nine masks, six differences on two tiles": {"masks": 9, "slots": 6, "tiles": (1001, 1002)},
     "every map on three tiles": {
         "maps": ("albedo", "normal", "roughness", "specular", "cavity"), "tiles": (1001, 1003, 1012),
     },

@@ -33,9 +33,9 @@ def pack(tmp_path):
     return tmp_path / "random.facezip"
 
 
-@pytest.mark.parametrize("weights", [(8, 12), (1, 1)])
-def test_without_floats_to_draw_into_the_blend_is_the_same(context, tmp_path, weights):
-    model = random_maps(size=(32, 48), weights=weights, tiles=(1001, 1002), slots=6)
+@pytest.mark.parametrize(("weights", "masks"), [((8, 12), 0), ((1, 1), 0), ((8, 12), 9)])
+def test_without_floats_to_draw_into_the_blend_is_the_same(context, tmp_path, weights, masks):
+    model = random_maps(size=(32, 48), weights=weights, tiles=(1001, 1002), slots=6, masks=masks)
     write_pack(model, tmp_path / "a.facezip")
     with viewing(context, tmp_path / "a.facezip", script=FLOATS) as viewer:
         assert_layouts(viewer, read_pack(tmp_path / "a.facezip"), BLENDS)
@@ -52,6 +52,12 @@ def test_weight_maps_lie_in_as_many_layers_as_the_limit_asks_for(context, pack):
     with viewing(context, pack, script=LIMIT.replace("LIMIT", "64")) as viewer:
         assert words(viewer) == ["This GPU takes textures of up to 64 texels: shadows are coarse."]
         assert_layouts(viewer, read_pack(pack), BLENDS)
+
+
+def test_masks_lie_in_as_many_layers_as_the_limit_asks_for(context, tmp_path):
+    write_pack(random_maps(size=(32, 48), weights=(8, 12), slots=6, masks=45), tmp_path / "a.facezip")
+    with viewing(context, tmp_path / "a.facezip", script=LIMIT.replace("LIMIT", "64")) as viewer:
+        assert_layouts(viewer, read_pack(tmp_path / "a.facezip"), BLENDS)
 
 
 @pytest.mark.parametrize("floats", [True, False])

@@ -35,7 +35,7 @@ FLAT = {name: surface for name, surface in HEADS.items() if "in blocks" not in n
     "two channels": head(random_maps(maps=("albedo", Map("flow", "data")), channels={"flow": 2})),
     "five slots": head(layered_model(kinds=KINDS[:3], slots=5)),
 }
-GAINS = ("several maps", "tiles, one without faces", "odd names", "five slots")
+GAINS = ("several maps", "tiles, one without faces", "odd names", "five slots", "masks")
 ALBEDO_ALONE = ("one map", "grey", "odd names", "uniform weights")
 
 # Draws the sheet, and reads what was drawn, the first row first.
@@ -149,7 +149,7 @@ def test_gains_turn_maps_expressions_and_regions(browser, tmp_path, name):
         assert_shown(page, seen_under(surface, gains, folder), gains)
 
 
-@pytest.mark.parametrize("name", ["five slots", "uniform weights"])
+@pytest.mark.parametrize("name", ["five slots", "uniform weights", "masks"])
 def test_without_floats_to_draw_into_the_blend_is_the_same(browser, tmp_path, name):
     regions = {} if name == "uniform weights" else regions_in(tmp_path)
     surface, folder = exported(FLAT[name], tmp_path, region=regions)

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import dataclass, fields
+from itertools import product
 from pathlib import Path
 from typing import Literal, get_args, get_type_hints
 
@@ -16,6 +17,7 @@ from facezip.cli import VERBS
 from facezip.documents.document import Document, from_json, plain, to_json
 from facezip.documents.published import PUBLISHED, SCHEMAS, kind_of, published
 from facezip.documents.schema import schema_of
+from facezip.export import TARGETS
 from facezip.fit.methods import compress
 from facezip.pack.write import write_pack
 from facezip.viewer.scene import read_scene
@@ -131,6 +133,8 @@ def place(tmp_path_factory):
     save_character(random_surface(expressions=4, tiles=(2, 1)), folder / "tiled")
     save_character(random_character(side=64), folder / "plain")
     write_pack(compress(random_character(side=64), "masks", masks=5, differences=2), folder / "masks.facezip")
+    clamped = compress(random_character(side=64), "masks", masks=5, differences=2, nonnegative=True)
+    write_pack(clamped, folder / "clamped.facezip")
     write_pack(compress(random_surface(expressions=4, tiles=(2, 1)), differences=2), folder / "tiled.facezip")
     return folder
 
@@ -160,8 +164,14 @@ def test_a_verb_answers_as_published(place, name, line):
     assert check(answers(place, *line.split())) == name
 
 
-@pytest.mark.parametrize("pack", ["masks", "tiled"])
-@pytest.mark.parametrize("target", ["gltf", "unity", "unreal", "godot", "blender", "usd"])
+ENGINES = ("gltf", "unity", "unreal", "godot", "three", "blender", "usd")
+OF_LAYERS = ("metahuman", "o3de")
+
+
+@pytest.mark.parametrize(
+    ("target", "pack"),
+    [*product(ENGINES, ("masks", "tiled")), *product(OF_LAYERS, ("clamped",))],
+)
 def test_an_export_is_as_published_and_so_is_its_record(place, target, pack):
     out = f"{target}-{pack}"
     answer = answers(place, "export", f"@{pack}.facezip", "--to", target, "-o", f"@{out}")
@@ -175,6 +185,10 @@ def test_a_manifest_and_a_scene_are_as_published(place, pack):
     path = place / f"{pack}.facezip"
     assert check(json.loads((path / "manifest.json").read_bytes())) == "pack"
     assert check(plain(read_scene(path).document)) == "scene"
+
+
+def test_exports_to_every_target_are_tried():
+    assert {*TARGETS} == {*ENGINES, *OF_LAYERS, "web"}
 
 
 def test_every_verb_is_in_the_page_of_documents():

@@ -6,7 +6,7 @@ import numpy as np
 
 from facezip.character.meshes import Meshes
 from facezip.files.obj import Topology
-from tests.facezip.conftest import grid_topology, random_model
+from tests.facezip.conftest import grid_topology, masked, random_model
 from tests.facezip.export.conftest import KINDS, grey, layered_model, smooth_model
 from tests.facezip.export.gains import REGIONS, masks_in, turned
 
@@ -66,6 +66,7 @@ HEADS = {
     "several maps": head(layered_model(kinds=KINDS)),
     "mirrored": mirrored(head(layered_model(kinds=KINDS[:4:2]))),
     "tiles, one without faces": head(layered_model(kinds=KINDS[:4:3], tiles=(1001, 1002, 1004)), empty=(1002,)),
+    "masks": head(masked(layered_model(kinds=KINDS[:4:3], tiles=(1001, 1002), slots=5, expressions=7))),
     "in blocks": of(smooth_model(meshes=False)),
     "maps in blocks": head(layered_model(smooth_model, (KINDS[0], KINDS[2], KINDS[3]))),
 }

@@ -28,6 +28,7 @@ EXPORTS = {
     "several maps with gains": ("several maps", {}, "godot"),
     "tiles with gains": ("tiles, one without faces", {}, "godot"),
     "odd names with gains": ("odd names", {}, "godot"),
+    "masks with gains": ("masks", {}, "godot"),
 }
 ALBEDO = {"lit": False, "plain": False, "replace": {}, "behind": ""}
 # Another map than the albedo, as light that the head sends out: the inverse of what the renderer makes of light.

@@ -5,11 +5,12 @@ import subprocess
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from facezip.export import TARGETS
 from facezip.pack.write import write_pack
-from tests.facezip.conftest import random_model
+from tests.facezip.conftest import masked, random_model
 from tests.facezip.export.conftest import layered_model
 from tests.facezip.export.gains import regions_in
 
@@ -20,6 +21,7 @@ MODELS = {
     "uniform": replace(random_model(weights=(1, 1), meshes=True), expressions=NAMES),
     "tiles": layered_model(tiles=(1001, 1002)),
     "regional": replace(random_model(meshes=True), expressions=NAMES),
+    "masked": replace(masked(random_model(slots=5, meshes=True)), expressions=NAMES),
 }
 
 
@@ -84,6 +86,27 @@ def test_gains_turn_maps_expressions_and_regions(scenes):
     drawn, _, gains, _, _ = scenes["gains of regions"]
     assert drawn == "weights_0 5x3 0 0.5 0.5 0 2 1 1 regions"
     assert gains == "_FaceZipGain_albedo 2"
+
+
+def test_masks_are_given_the_activations_of_the_blend(scenes):
+    """The shapes are at 0.25 and 0.5; the second expression has the first of them, the third has none."""
+    drawn, shown, _, alive, _ = scenes["masks"]
+    first, second = drawn.split(";")
+    assert (first.split()[:3], second.split()[:3]) == (["masks", "5x3", "0"], ["masks", "5x3", "1"])
+    assert (shown, alive) == ("_FaceZipWeights0 _FaceZipWeights1", "2")
+    given = np.array([part.split()[3:] for part in (first, second)], np.float32)
+    blend = np.array([0.5, 0.25, 0], np.float32)
+    activations = MODELS["masked"].masked.activations.astype(np.float32)
+    expected = np.einsum("n,nki->ki", blend, activations)
+    # Six masks take two fours, five slots two layers.
+    np.testing.assert_allclose(given[0].reshape(2, 8, 4)[0, :6], expected[:, :4], atol=1e-6)
+    np.testing.assert_allclose(given[1].reshape(2, 8, 4)[1, :6, 0], expected[:, 4], atol=1e-6)
+    assert not given.reshape(2, 2, 8, 4)[:, :, 6:].any()
+    assert not given.reshape(2, 2, 8, 4)[:, 1, :, 1:].any()
+
+
+def test_masks_wait_for_their_image(scenes):
+    assert scenes["masks without their image"][0] == ""
 
 
 def test_a_gain_of_nothing_is_warned_of(scenes):

@@ -8,6 +8,7 @@ import pytest
 from facezip.export import TARGETS
 from facezip.pack.write import write_pack
 from tests.engines.unreal_editor import Editor
+from tests.facezip.conftest import masked, random_model
 from tests.facezip.export.conftest import KINDS, layered_model
 from tests.facezip.export.gains import REGIONS, regions_in
 
@@ -95,6 +96,34 @@ def test_gains_are_parameters_by_their_names_that_change_nothing_at_first(stubs,
     gains = [f"gains.maps.{kind.name}" for kind in KINDS] + [f"gains.expressions.{name}" for name in expressions]
     gains += [f"gains.regions.{name}" for name in REGIONS]
     assert scalars == dict.fromkeys(expressions, 0.0) | dict.fromkeys(gains, 1.0)
+
+
+@pytest.fixture(scope="module")
+def masked_folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("unreal")
+    write_pack(masked(random_model(slots=5, meshes=True), 9), path / "me.facezip")
+    TARGETS["unreal"](path / "me.facezip", path / "face", region=regions_in(path))
+    return path / "face"
+
+
+def test_of_masks_one_material_has_the_expressions_and_draws_what_the_others_take(stubs, masked_folder):
+    editor = run(stubs, masked_folder)
+    joints = calls(editor, "connect_material_expressions")
+    nodes = {id(node): node for _, _, node, _ in joints}
+    inputs = [[name for _, _, other, name in joints if other is node] for node in nodes.values()]
+    of_expressions = [f"{letter}{n}" for n in range(3) for letter in "BG"]
+    of_weights = ["UV", "Masks", "Activations", "Regions", *(f"R{k}" for k in range(len(REGIONS)))]
+    assert [{*names} for names in inputs[:3]] == [{"UV", "Activations", *of_expressions}, {*of_weights}, {*of_weights}]
+
+
+def test_render_targets_have_a_texel_for_every_mask_and_three_slots(stubs, masked_folder):
+    """Nine masks take three fours, and five slots two targets."""
+    sizes = {}
+    for source, _, _, name in calls(run(stubs, masked_folder), "connect_material_expressions"):
+        texture = source.values.get("texture")
+        if "size_x" in getattr(texture, "values", {}):
+            sizes[name] = texture.values["size_y"], texture.values["size_x"]
+    assert sizes == {"Activations": (2, 12), "Weights0": (3, 5), "Weights1": (3, 5)}
 
 
 def test_a_head_without_morph_targets_is_warned_of(stubs, folder):

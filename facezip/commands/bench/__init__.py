@@ -10,7 +10,7 @@ from facezip.commands.bench import alarms, batch, clean, compress, maps, metrics
 
 @click.group("bench")
 def command() -> None:
-    """Measure the main jobs on this machine: each in one run beside what it is compared with."""
+    """Measure the main jobs on this machine, each beside what it is compared with."""
 
 
 for verb in (compress, scaling, render, metrics, clean, rig, maps, batch, alarms, shader):

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 def command(level: float, as_json: bool, **settings: Any) -> None:
     """Measure the false alarms of the image test, and how surely it finds injected defects.
 
-    Equal and spoilt renders of the embedded character, under every light rig and on both materials, and of scenes with
-    regions of one exact value, are compared with references of independent renders: LEVEL is what the test promises
-    not to exceed when nothing has changed.
+    It compares renders with references of independent renders: unchanged and spoilt ones of the embedded head, under
+    every light rig and on both materials, and of scenes with regions of one value. LEVEL is the rate of false alarms
+    that the test promises not to exceed.
     """
     from render.plugin.alarms import Trials, measure_alarms
 

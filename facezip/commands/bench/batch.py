@@ -109,12 +109,12 @@ class BatchBenchDocument(BatchBench, Document):
 @click.option("--workers", type=click.IntRange(min=1), default=2, show_default=True, metavar="N")
 @options.as_json
 def command(characters: int, resolution: int, expressions: int, workers: int, as_json: bool) -> None:
-    """Compress the same embedded characters one by one, by the process pool, and by a local dask cluster.
+    """Compress the same embedded heads one by one, with the process pool, and with a local dask cluster.
 
-    Pool and cluster have as many workers, of one thread each, and their times include the start of their processes.
-    Processor time, unlike wall time, hardly depends on what else the machine does.
-    A second run of the cluster has one worker killed with SIGKILL once half of the packs are there. Every pack of
-    every run is verified and compared, byte for byte, with that of the run one by one.
+    Pool and cluster have equally many workers of one thread. Times include the start of their processes. Processor
+    time, unlike wall time, hardly depends on what else the machine does. In a second run of the cluster, one worker is
+    killed once half of the packs are there. Every pack is verified and compared, byte for byte, with that of the serial
+    run.
     """
     with TemporaryDirectory(prefix="facezip-bench-") as place:
         work = Path(place)

@@ -20,10 +20,10 @@ LIBRARIES = ("facezip", "numpy", "numba", "scipy")
 @click.option("--seeds", type=click.IntRange(min=1), default=1, show_default=True, metavar="N", help="Persons.")
 @options.as_json
 def command(resolution: int, seed: int, seeds: int, as_json: bool) -> None:
-    """Clean the embedded character's scans step by step, and compare with the truth behind them.
+    """Clean the embedded head's scans step by step, and compare with the truth behind them.
 
-    RMSE (0..255, inside the mask) of the neutral, of the scans and of packs of them, and the power of the neutral's
-    detail over the truth's: without cleaning, then with each step of --clean after those before it.
+    Reports the RMSE of 255 (inside the mask) of the neutral, the scans and packs of them, and the power of the
+    neutral's detail over the truth's: without cleaning, then with one more step of --clean at a time.
     """
     from reports.cleaning import CleanBenchConditions, CleanBenchDocument, bench_clean
 

@@ -69,8 +69,8 @@ def command(
 ) -> None:
     """Time `facezip compress` against decoding its input and encoding its output images.
 
-    Both are measured in turn, in one fresh process whose peak memory is reported; kernels were compiled before, by
-    a tiny run in another process. Of the repeats, the one of median ratio is reported.
+    Both are measured in turn, in one fresh process, whose peak memory is reported. Kernels are compiled before, in
+    another process. The repeat with the median ratio is reported.
     """
     options.check_embedded(character, "resolution", "expressions", "seed")
     from reports.paper.sizes import reduced

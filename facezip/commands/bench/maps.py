@@ -62,10 +62,10 @@ def command(
     nuisances: float,
     as_json: bool,
 ) -> None:
-    """Show what it saves and costs that all maps of a character share their weight maps.
+    """Measure what shared weight maps save and cost, against a fit for each map.
 
-    Bytes at run time, texture fetches and the errors of each map, as packs store them: RMSE (0..255) of colours and
-    data, degrees between normals, inside the mask.
+    Reports GPU memory, texture fetches and the errors of each map in the written packs: RMSE of 255 for colours and
+    data, degrees for normals, inside the mask.
     """
     options.check_embedded(character, "resolution", "expressions", "seed", "nuisances")
     scans = load_character(character) if character else _embedded(resolution, expressions, seed, nuisances)

@@ -38,7 +38,7 @@ class MetricsBenchDocument(MetricsBench, Document):
 @shot_options
 @click.option("--converged", type=click.IntRange(64, 2**16), default=1024, show_default=True, metavar="N")
 def command(character: Path | None, packs: int, expressions: int, converged: int, as_json: bool, **given: Any) -> None:
-    """Compare the metrics of few samples with those of a converged render, and their time with the rendering's."""
+    """Compare the metrics of few samples with those of a converged render, in value and time."""
     from render.convergence import BATCH, HALF, bench_metrics
     from render.settings import read_settings
 

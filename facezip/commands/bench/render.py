@@ -38,10 +38,10 @@ class RenderBenchDocument(RenderBench, Document):
 @shot_options
 @options.repeats
 def command(character: Path | None, packs: int, expressions: int, repeats: int, as_json: bool, **given: Any) -> None:
-    """Time shared light paths against a scene and a call of mi.render for each image.
+    """Time the paired renderer against one render for each image.
 
-    Both ways render the same expressions, views and lights with the original's and every pack's texture, in turn,
-    with kernels compiled before. Packs are PCA with 1, 2, … differences: what they show does not change the time.
+    Both render the same expressions, views and lights with the original's and every pack's texture, in turn. Kernels
+    are compiled before. Packs are PCA with 1, 2, … differences; what they show does not change the time.
     """
     from render.bench import bench_render
     from render.settings import read_settings

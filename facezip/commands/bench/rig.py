@@ -27,11 +27,11 @@ LIBRARIES = ("facezip", "numpy", "numba", "OpenImageIO", "scipy")
 )
 @options.as_json
 def command(resolution: int, seed: int, template_seed: int, seeds: int, as_json: bool) -> None:
-    """Rig the embedded character, whose 52 shapes are known, from 20 scans and another person's template.
+    """Rig the embedded head, whose 52 shapes are known, from 20 scans and another person's template.
 
-    RMSE (0..255, inside the mask) of the shapes' textures to the truth, of the naive weighted sum of differences, of
-    the paper's method and of ours, as packs store them; with the nuisances of a capture, and clean without them. Ours
-    cleans the scans first, as --clean all does. With several seeds, means over persons and their 95 % intervals.
+    Reports the RMSE of 255 (inside the mask) of the shapes' textures to the truth: for the naive weighted sum, the
+    paper's method and ours, with the nuisances of a capture and without. Ours cleans the scans first, as --clean all
+    does. With several seeds: means over persons, with 95 % intervals.
     """
     from reports.paper.documents import RigBenchConditions, RigBenchDocument
     from reports.paper.generated import bench_rig

@@ -37,10 +37,10 @@ def _multiple(context: click.Context, option: click.Parameter, value: int) -> in
 @click.option("--repeats", type=click.IntRange(min=1), default=9, show_default=True, metavar="N")
 @options.as_json
 def command(resolution: int, counts: tuple[int, ...], device: int | None, repeats: int, as_json: bool) -> None:
-    """GPU time of six fetches with the pre-pass, against a fetch of every expression's texture.
+    """Measure GPU time: pre-pass and six fetches, against a fetch of every expression's texture.
 
-    By OpenGL without a window (EGL) and the GPU's own timer, for the shader that exports have. Where the machine has no
-    GPU a processor draws, and the answer says so. Needs moderngl: pip install 'facezip[gpu]'.
+    It draws with OpenGL without a window (EGL), with the shader of the exports, and reads the GPU's own timer. Without
+    a GPU the processor draws, and the answer says so. It needs moderngl: pip install 'facezip[gpu]'.
     """
     document = bench_shader(resolution, counts, repeats, device)
     options.answer(document, as_json, lambda: _lines(document))

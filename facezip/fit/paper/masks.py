@@ -15,7 +15,8 @@ from facezip.character.maps import Key
 from facezip.character.raster import Raster, rasterise
 from facezip.character.scans import Character, Stack
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.machine.rows import map_rows
+from facezip.machine import memory
+from facezip.machine.rows import by_rows, map_rows
 
 # A biharmonic function rings over the whole face. The paper's masks are zero outside their fragment: rings of less
 # than one grey level are dropped, together with the negative lobes.
@@ -86,13 +87,15 @@ class Masks:
         """
         height, width = self.raster.face.shape
         h, w = -(-height // scale), -(-width // scale)
-        lookup, blocks = self.lookup, np.empty((h, w, self.count), np.float32)
+        lookup = self.lookup
+        blocks: NDArray[np.float32] = memory.empty((h, w, self.count), np.float32)
 
         def average(top: int, bottom: int) -> None:
             _average_blocks(top, bottom, scale, lookup, blocks)
 
         map_rows(average, h)
-        return np.ascontiguousarray(np.moveaxis(_fill_empty(blocks), 2, 0))
+        filled = np.moveaxis(_fill_empty(blocks), 2, 0)
+        return by_rows(lambda rows: filled[:, rows], filled.shape, np.float32, axis=1)
 
 
 def compute_masks(character: Character, count: int, seed: int) -> dict[Key, Masks]:
@@ -125,8 +128,14 @@ def face_region(character: Character, stack: Stack, raster: Raster) -> NDArray[n
     if stack.mask is None:
         shown[faces] = True
         return shown
-    visible = np.unique(raster.face[(stack.mask > 0.5) & raster.covered])
-    shown[faces[visible]] = True
+    mask = stack.mask
+
+    def visible(top: int, bottom: int) -> NDArray[np.int32]:
+        face = raster.face[top:bottom]
+        return np.unique(face[(mask[top:bottom] > 0.5) & (face >= 0)])
+
+    for some in map_rows(visible, len(mask)):
+        shown[faces[some]] = True
     return shown
 
 
@@ -205,12 +214,11 @@ def _active_masks(values: NDArray[np.float32], faces: NDArray[np.int32]) -> tupl
 
 
 def _fill_empty(blocks: NDArray[np.float32]) -> NDArray[np.float32]:
-    empty = blocks.sum(axis=2) == 0
+    empty = by_rows(lambda rows: blocks[rows].sum(axis=2) == 0, blocks.shape[:2], np.bool_)
     if not empty.any() or empty.all():
         return blocks
-    rows, columns = distance_transform_edt(empty, return_distances=False, return_indices=True)
-    filled: NDArray[np.float32] = blocks[rows, columns]
-    return filled
+    near, beside = distance_transform_edt(empty, return_distances=False, return_indices=True)
+    return by_rows(lambda rows: blocks[near[rows], beside[rows]], blocks.shape, np.float32)
 
 
 @njit(cache=True, nogil=True)

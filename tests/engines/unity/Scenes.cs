@@ -7,7 +7,7 @@ using UnityEngine;
 
 static class Scenes
 {
-    static TextAsset manifest, uniform, tiles, regional;
+    static TextAsset manifest, uniform, tiles, regional, masked;
     static readonly Texture2D masks = new Texture2D { name = "regions" };
     static Shader shader;
     static Texture2D[] weights;
@@ -20,9 +20,10 @@ static class Scenes
         uniform = new TextAsset { name = "uniform", text = File.ReadAllText(files[1]) };
         tiles = new TextAsset { name = "tiles", text = File.ReadAllText(files[2]) };
         regional = new TextAsset { name = "regional", text = File.ReadAllText(files[3]) };
+        masked = new TextAsset { name = "masked", text = File.ReadAllText(files[4]) };
         shader = new Shader();
         weights = new[] { new Texture2D { name = "weights_0" }, new Texture2D { name = "weights_1" } };
-        mesh = new Mesh { name = "head", full = 100, shapes = File.ReadAllLines(files[4]) };
+        mesh = new Mesh { name = "head", full = 100, shapes = File.ReadAllLines(files[5]) };
         Action<FaceZipHead>[] fields =
         {
             head => head.manifest = manifest,
@@ -50,6 +51,8 @@ static class Scenes
         Changed("gains of regions", head => { head.manifest = regional; head.regions = masks; Turn(head, 2); });
         Changed("a gain of nothing", head => { head.gains.regions["chin"] = 0; head.weightsShader = new Shader(); });
         Changed("regions without their image", head => head.manifest = regional);
+        Changed("masks", head => { head.manifest = masked; head.weights = new[] { new Texture2D { name = "masks" } }; });
+        Changed("masks without their image", head => { head.manifest = masked; head.weights = new Texture2D[0]; });
         Changed("disabled", head => Call(head, "OnDisable"));
     }
 

@@ -28,6 +28,28 @@ namespace UnityEngine
         static Object Live(Object thing) { return ReferenceEquals(thing, null) || thing.destroyed ? null : thing; }
     }
 
+    public struct Vector4
+    {
+        public float x, y, z, w;
+        public float this[int index]
+        {
+            get { return index == 0 ? x : index == 1 ? y : index == 2 ? z : w; }
+            set { if (index == 0) x = value; else if (index == 1) y = value; else if (index == 2) z = value; else w = value; }
+        }
+        public static Vector4 operator +(Vector4 a, Vector4 b) { return new Vector4 { x = a.x + b.x, y = a.y + b.y, z = a.z + b.z, w = a.w + b.w }; }
+        public static Vector4 operator *(float s, Vector4 a) { return new Vector4 { x = s * a.x, y = s * a.y, z = s * a.z, w = s * a.w }; }
+    }
+
+    public static class Mathf
+    {
+        public static float HalfToFloat(ushort half)
+        {
+            int exponent = (half >> 10) & 31, fraction = half & 1023;
+            double value = exponent == 0 ? fraction * Math.Pow(2, -24) : (1024 + fraction) * Math.Pow(2, exponent - 25);
+            return (float)(half >> 15 == 0 ? value : -value);
+        }
+    }
+
     public sealed class TextAsset : Object { public string text; }
     public sealed class Shader : Object { }
     public class Texture : Object { public FilterMode filterMode; public TextureWrapMode wrapMode; }
@@ -71,6 +93,10 @@ namespace UnityEngine
         public void SetFloatArray(string property, float[] given)
         {
             values[property] = string.Join(" ", Array.ConvertAll(given, value => value.ToString("R")));
+        }
+        public void SetVectorArray(string property, Vector4[] given)
+        {
+            values[property] = string.Join(" ", Array.ConvertAll(given, v => string.Format("{0:R} {1:R} {2:R} {3:R}", v.x, v.y, v.z, v.w)));
         }
         public void SetTexture(string property, Texture texture) { values[property] = texture.name; }
     }

@@ -108,7 +108,7 @@ class Scene:
     def read(self, folder):
         """The character that is read back, where nodes put it: not where heads have to be."""
         path = self.write(folder)
-        return load_gltf(path, path.stem, None, None)
+        return load_gltf(path, path.stem, None, None, 2)
 
 
 def full_scene():

@@ -70,7 +70,10 @@ class Gpu:
         return texture
 
     def draw(self, fragment, size, textures, floats=(), corners=CORNERS):
-        """``(*size, 4)`` float32 that a fragment shader writes, first row first; ``floats`` fill its one array."""
+        """``(*size, 4)`` float32 that a fragment shader writes, first row first.
+
+        ``floats``, numbers or vectors of four, fill its one array.
+        """
         program = self._context.program(vertex_shader=corners, fragment_shader=fragment)
         target = self._context.texture(size[::-1], 4, dtype="f4")
         frame = self._context.framebuffer([target])
@@ -91,9 +94,11 @@ class Gpu:
             member = program[name]
             if type(member).__name__ == "UniformBlock":
                 # Arrays of floats take sixteen bytes an element there.
+                numbers = floats.reshape(len(floats), -1)
                 block = np.zeros((len(floats), 4), np.float32)
-                block[:, 0] = floats
+                block[:, : numbers.shape[1]] = numbers
                 self._buffer = self._context.buffer(block.tobytes())
                 self._buffer.bind_to_uniform_block(member.binding)
-            elif getattr(member, "array_length", 1) > 1 or name.rstrip("[0]") in ("beta", "values"):
-                member.write(floats.tobytes())
+            elif getattr(member, "array_length", 1) > 1 or name.rstrip("[0]") in ("beta", "activations", "values"):
+                # What no element of is read at the end is optimised away.
+                member.write(floats[: member.array_length].tobytes())

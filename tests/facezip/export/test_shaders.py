@@ -1,5 +1,6 @@
 """The text of every export is run, on the files that lie beside it, and gives what ``model.blend`` gives."""
 
+import base64
 import json
 import re
 from dataclasses import replace
@@ -10,11 +11,12 @@ import pytest
 from facezip.export import TARGETS
 from facezip.export.shaders import GLSL, HLSL, camel, identifier, number, shader
 from facezip.export.source import read_source
+from facezip.files.decoding import decode
 from facezip.files.images import read_texture_exactly
 from facezip.files.srgb import decode_srgb
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
-from tests.facezip.conftest import random_model
+from tests.facezip.conftest import masked, random_model
 from tests.facezip.export.conftest import KINDS, grey, layered_model
 from tests.facezip.export.gains import masks_in, regions_in, turned
 from tests.facezip.export.gpu import Gpu, compile_glsl, hlsl_to_glsl, software
@@ -28,6 +30,9 @@ MODELS = {
     "five maps": layered_model(),
     "normals alone, two layers": layered_model(kinds=(KINDS[0], KINDS[2]), slots=5),
     "three maps, uniform weights": layered_model(kinds=(KINDS[0], KINDS[2], KINDS[3]), weights=(1, 1)),
+    "masks": masked(random_model(meshes=True)),
+    "nine masks, two layers, five maps": masked(layered_model(slots=5, expressions=7), 9),
+    "one mask": masked(random_model(slots=1, meshes=True), 1),
 }
 # Of values in [0, 1], and of the components of normals.
 TOLERANCE = 1e-4
@@ -72,9 +77,26 @@ class Exported:
 
     def textures(self, gpu, upside_down=False):
         turn = -1 if upside_down else 1
-        entries = {**self.facts["textures"], **({"regions": self.facts["regions"]} if self.regions else {})}
+        beside = {name: self.facts[name] for name in ("regions", "masks") if name in self.facts}
+        entries = {**self.facts["textures"], **beside}
         read = {name: read_texture_exactly(self.folder / entry["file"]) for name, entry in entries.items()}
         return {name: gpu.texture(texels[::turn]) for name, texels in read.items()}
+
+    @property
+    def masks(self):
+        return self.facts.get("masks")
+
+    @property
+    def given(self):
+        """What the pre-pass is given of a blend: β, or the activations ``(L · K', 4)`` of masks."""
+        if not self.masks:
+            return self.beta
+        rows = np.frombuffer(base64.b64decode(self.masks["activations"]), "<f2").astype(np.float32)
+        return np.einsum("n,nvc->vc", self.beta, rows.reshape(len(self.beta), self.masks["vectors"], 4))
+
+    def given_as(self, vector):
+        """The declaration of an array of it."""
+        return f"{vector} values[{len(self.given)}]" if self.masks else f"float values[{len(self.beta)}]"
 
     @property
     def gains_of_regions(self):
@@ -123,9 +145,12 @@ def model(request):
 
 def test_glsl_gives_the_blend_of_every_map(model, gpu, tmp_path):
     exported = Exported(model, "gltf", tmp_path)
-    core, textures, count = exported.text("facezip.glsl"), exported.textures(gpu), len(exported.beta)
+    core, textures = exported.text("facezip.glsl"), exported.textures(gpu)
     uniform = exported.weight_size == (1, 1)
-    atlases = {f"atlas_{layer}": textures.get(f"weights_{layer}") for layer in range(exported.layers)}
+    atlases = {
+        f"atlas_{layer}": textures.get("masks" if exported.masks else f"weights_{layer}")
+        for layer in range(exported.layers)
+    }
     atlases["regions"] = textures.get("regions")
     weights = {}
     for layer in range(exported.layers):
@@ -134,11 +159,11 @@ def test_glsl_gives_the_blend_of_every_map(model, gpu, tmp_path):
         source = f"""#version 450
 uniform sampler2D atlas_{layer};
 uniform sampler2D regions;
-uniform float values[{count}];
+uniform {exported.given_as("vec4")};
 layout(location = 0) out vec4 result;
 {core}
 void main() {{ result = facezip_weights_{layer}({atlas}ivec2(gl_FragCoord.xy), values{gains}); }}"""
-        weights[f"weights_{layer}"] = gpu.texture(gpu.draw(source, exported.weight_size, atlases, exported.beta))
+        weights[f"weights_{layer}"] = gpu.texture(gpu.draw(source, exported.weight_size, atlases, exported.given))
     names = [f"map_{name}" for name in exported.maps]
     sampled = [f"texture(map_{name}, uv)" for name in weights]
     bound = {f"map_{name}": texture for name, texture in (textures | weights).items()}
@@ -192,12 +217,12 @@ def test_godot_gives_the_blend_of_every_map(model, gpu, tmp_path):
 def godot(exported, gpu):
     textures = exported.textures(gpu)
     atlases = {f"atlas_{layer}": textures.get(f"weights_{layer}") for layer in range(exported.layers)}
-    atlases["region_masks"] = textures.get("regions")
+    atlases |= {"region_masks": textures.get("regions"), "mask_atlas": textures.get("masks")}
     targets = {}
     for target in range(-(-exported.slots // 3)):
         source = as_glsl(exported, "weights.gdshader", exported.weight_size, "COLOR")
         source = source.replace("uniform int target = 0;", f"const int target = {target};")
-        drawn = gpu.draw(source, exported.weight_size, atlases, exported.beta)
+        drawn = gpu.draw(source, exported.weight_size, atlases, exported.given)
         assert (drawn[..., 3] == 1).all()
         targets[f"map_weights_{target}"] = gpu.texture(drawn)
     maps = {f"map_{name}": textures[name] for name in exported.maps}
@@ -265,8 +290,8 @@ def test_unity_gives_the_blend_from_rows_that_lie_upside_down(model, gpu, tmp_pa
         body = f"int2 texel = int2(position.xy); {call}"
         text = exported.with_gains(text, "_FaceZipGain_", "_FaceZipRegionGains")
         source = hlsl_to_glsl(text + UNITY_STUB.format(body=body), tmp_path)
-        atlas = {"_MainTex": textures.get(f"weights_{layer}")}
-        drawn = gpu.draw(source, exported.weight_size, atlas | regions, exported.beta)
+        atlas = {"_MainTex": textures.get("masks" if exported.masks else f"weights_{layer}")}
+        drawn = gpu.draw(source, exported.weight_size, atlas | regions, exported.given)
         bound[f"_FaceZipWeights{layer}"] = gpu.texture(drawn)
     for keyword in ("", "#define UNITY_COLORSPACE_GAMMA\n"):
         source = hlsl_to_glsl(keyword + unity_graph(exported), tmp_path)
@@ -315,14 +340,16 @@ def test_unreal_gives_the_blend_of_every_map(model, gpu, tmp_path):
     betas += "".join(f"#define R{k} {number(gain)}\n" for k, gain in enumerate(exported.gains["regions"].values()))
     betas += "".join(f"#define Gain{camel(name)} {number(gain)}\n" for name, gain in exported.gains["maps"].items())
     declared += f"float values[{len(exported.beta)}];\n{betas}"
-    targets = {}
+    targets, names = {}, ["Regions", *(f"Weights{layer}" for layer in range(exported.layers))]
+    if exported.masks:
+        names = ["Regions", "Masks", "Activations"]
+        textures["Activations"] = unreal_activations(exported, gpu, declared, tmp_path)
     for number_ in range(-(-exported.slots // 3)):
-        names = ["Regions", *(f"Weights{layer}" for layer in range(exported.layers))]
         source = node(declared, exported.text(f"weights_{number_}_node.hlsl"), names, exported.weight_size)
         drawn = gpu.draw(hlsl_to_glsl(source, tmp_path), exported.weight_size, textures, exported.beta)
         assert (drawn[..., :3] >= 0).all()
         targets[f"Weights{number_}"] = gpu.texture(drawn)
-    bound = {name: texture for name, texture in textures.items() if not name.startswith("Weights")} | targets
+    bound = {camel(name): textures[camel(name)] for name in exported.maps} | targets
     # The engine's normals have y down.
     outs = {kind: f"Out{camel(kind.name)}" for kind in model.maps[1:]}
     declared += "".join(f"static {hlsl_type(exported, kind)} {out};\n" for kind, out in outs.items())
@@ -332,13 +359,24 @@ def test_unreal_gives_the_blend_of_every_map(model, gpu, tmp_path):
     exported.all_match(gpu.draw(hlsl_to_glsl(source, tmp_path), exported.wide, bound, exported.beta))
 
 
+def unreal_activations(exported, gpu, declared, folder):
+    """The texture of a blend's activations: what the first of the materials draws."""
+    stored = {"Activations": gpu.texture(decode(exported.folder / "activations.exr"))}
+    size = -(-exported.slots // 3), exported.masks["vectors"] // exported.layers
+    source = node(declared, exported.text("activations_node.hlsl"), stored, size)
+    drawn = gpu.draw(hlsl_to_glsl(source, folder), size, stored, exported.beta)
+    assert (drawn[..., :3] >= 0).all()
+    return gpu.texture(drawn)
+
+
 def node(declared, text, textures, size, shown="float4(value, 1)"):
     """A Custom node is the body of a function whose parameters are its inputs, and what else it gives its outputs."""
     # Unreal's compilers take functions in a structure within a function; glslang does not, it gets them bare.
-    structure = re.search(r"struct FaceZip\n{\n(.*?)\n};\n", text, re.DOTALL)
-    text = text.replace(structure.group(), "").replace("FaceZip face;", "").replace("face.facezip", "facezip")
+    structure = re.compile(r"struct FaceZip\n{\n(.*?)\n};\n", re.DOTALL)
+    functions, text = "".join(structure.findall(text)), structure.sub("", text)
+    text = text.replace("FaceZip face;", "").replace("face.facezip", "facezip")
     maps = "".join(f"Texture2D {name};\nSamplerState {name}Sampler;\n" for name in textures)
-    return f"""{declared}{maps}{structure.group(1)}
+    return f"""{declared}{maps}{functions}
 float3 custom(float2 UV) {{ {text} }}
 float4 main(float4 position : SV_Position) : SV_Target
 {{ float3 value = custom({place("float2", "position", size)}); return {shown}; }}"""
@@ -373,7 +411,7 @@ def test_every_dialect_says_the_same(model, tmp_path):
     glsl, hlsl = shader(tile, GLSL), shader(tile, HLSL)
     hlsl = hlsl.replace("SamplerState clamped, ", "").replace(", clamped, uv", ", uv").replace("Texture2D", "sampler2D")
     hlsl = re.sub(r"(\w+)\.Sample\(clamped, uv\)", r"texture(\1, uv)", hlsl)
-    hlsl = re.sub(r"weights\.Load\(int3\((.*), 0\)\)", r"texelFetch(weights, \1, 0)", hlsl)
+    hlsl = re.sub(r"(weights|masks)\.Load\(int3\((.*), 0\)\)", r"texelFetch(\1, \2, 0)", hlsl)
     hlsl = re.sub(r"\bfloat(\d)", r"vec\1", re.sub(r"\bint2", "ivec2", hlsl))
     assert glsl == hlsl
 

@@ -277,7 +277,7 @@ def test_unity_s_blocks_lie_behind_a_dds_header_of_148_bytes(pack, tmp_path):
 
 def test_weight_maps_that_are_made_of_masks_are_written_within_half_a_step(tmp_path):
     write_pack(masked(smooth_model(slots=5)), tmp_path / "me.facezip")
-    tile = only_tile(tmp_path / "me.facezip")
+    (tile,) = read_source(tmp_path / "me.facezip", expanded=True).tiles
     document = write_maps(tile, tmp_path, PNG)["textures"]
     model = read_pack(tmp_path / "me.facezip")
     for layer, slots in (("weights_0", slice(0, 4)), ("weights_1", slice(4, 5))):

@@ -1,4 +1,5 @@
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 
 from facezip import FaceZipError
@@ -71,3 +72,9 @@ def test_a_truncated_image_is_refused_quietly(tmp_path, capfd, suffix):
     with pytest.raises(FaceZipError, match="not a readable image"):
         read_texture(path)
     assert capfd.readouterr().err == ""
+
+
+def test_a_tiff_does_not_say_when_it_was_written(tmp_path):
+    """The same texels are the same bytes on any day."""
+    write_texture(tmp_path / "a.tif", np.zeros((2, 3, 4), np.uint8))
+    assert oiio.ImageBuf(str(tmp_path / "a.tif")).spec().getattribute("DateTime") == "1970:01:01 00:00:00"

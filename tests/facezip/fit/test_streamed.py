@@ -64,7 +64,7 @@ def packed(scans, pack, method):
     return {file.name: file.read_bytes() for file in pack.iterdir()}, model_errors(surface, read_pack(pack))
 
 
-@pytest.mark.parametrize("method", ["refined", "pca"])
+@pytest.mark.parametrize("method", ["refined", "pca", "masks"])
 def test_a_streamed_pack_has_the_bytes_of_one_made_in_memory(method, scans, tmp_path, monkeypatch):
     here = packed(scans, tmp_path / "here", method)
     monkeypatch.setattr(memory, "LEAST", -(10**9))

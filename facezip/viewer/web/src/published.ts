@@ -56,6 +56,8 @@ export interface ExportDocument {
   mips: MipErrors[];
   /** of the face, where some were given. */
   regions?: ExportedRegions;
+  /** where weight maps are sums of them. */
+  masks?: ExportedMasks;
   /** all others. */
   files: Record<string, ExportedFile>;
   /** of the document without this field, as JSON with sorted keys and no spaces. */
@@ -73,7 +75,7 @@ export interface ExportedFile {
   /** of its content. */
   sha256?: string;
   /** of a texture: how an importer has to take it. */
-  srgb?: false;
+  srgb?: boolean;
   /** of a texture: how an importer has to take it. */
   mipmaps?: boolean;
   /** of a PNG: rows and columns, and the SHA-256 of its numbers, however they are compressed. */
@@ -106,6 +108,24 @@ export interface ExportedMap {
   mips: MipErrors[];
 }
 
+/** Masks that weight maps are sums of, in the place of weight maps. */
+export interface ExportedMasks {
+  /** their atlas, by four. */
+  file: string;
+  /** fours beside each other, and rows and columns of a mask. */
+  columns: number;
+  /** fours beside each other, and rows and columns of a mask. */
+  size: [number, number];
+  /** of the masks. */
+  names: string[];
+  /** whether all activations lie in 0..1. */
+  clamped: boolean;
+  /** activations of an expression by four: for each layer of four slots one of each mask. */
+  vectors: number;
+  /** those of all expressions as half floats, little-endian, in base64. */
+  activations: string;
+}
+
 /** The atlas of masks: its file, how many are beside each other, and rows and columns of one. */
 export interface ExportedRegions {
   file: string;
@@ -131,10 +151,10 @@ export interface ExportedTexture {
   size?: [number, number];
 }
 
-/** Where an expression is: its morph target, and column and row of its weight map in the atlas. */
+/** Where an expression is: its morph target, and column and row of any weight map of its own in the atlas. */
 export interface ExpressionPlace {
   morph_target: number;
-  weight_tile: [number, number];
+  weight_tile?: [number, number];
 }
 
 /** Names of what can be turned down after export: maps, expressions, and regions of the face. */
@@ -142,6 +162,83 @@ export interface Gains {
   maps: string[];
   expressions: string[];
   regions: string[];
+}
+
+/** What a curve drives: a mask in a layer of a map, layers from 1 on. */
+export interface LayerCurve {
+  map: string;
+  layer: number;
+  mask: string;
+}
+
+/** Where a map is, and how far what the engine mixes is from the pack: RMSE of 255, of normals angles in degrees. */
+export interface LayeredMap {
+  /** what its numbers stand for, and the values of texels of 0 and 1. */
+  encoding: "srgb" | "data" | "normal";
+  /** what its numbers stand for, and the values of texels of 0 and 1. */
+  range: [number, number];
+  /** rows and columns. */
+  size: [number, number];
+  /** names among the textures; no layers where the engine does not mix the map. */
+  neutral: string;
+  /** names among the textures; no layers where the engine does not mix the map. */
+  layers: string[];
+  /** mean over expressions. */
+  rmse?: number;
+  /** by expression. */
+  rmse_per_expression?: Record<string, number>;
+  /** mean over blends of neighbours, half and half. */
+  rmse_blends?: number;
+  /** of a texel in an expression. */
+  rmse_largest?: number;
+  /** mean over expressions. */
+  angular_error?: number;
+  /** by expression. */
+  angular_error_per_expression?: Record<string, number>;
+  /** mean over blends of neighbours, half and half. */
+  angular_error_blends?: number;
+  /** of a texel in an expression. */
+  angular_error_largest?: number;
+  /** the share of its layers' values that 8 bits cut, 0..1. */
+  beyond?: number;
+}
+
+/** A whole picture, or a mask. */
+export interface LayeredTexture {
+  /** its name. */
+  file: string;
+  /** how an importer has to take it; with mip-maps where that is left out. */
+  srgb: boolean;
+  /** how an importer has to take it; with mip-maps where that is left out. */
+  mipmaps?: boolean;
+}
+
+/** An export of layers under masks, for MetaHuman or O3DE, as it stands in facezip.json. */
+export interface LayersExport {
+  /** facezip-NAME/VERSION. A version may gain fields; one that loses or changes a field has another number. */
+  format: "facezip-export/1";
+  /** as of TileExport. */
+  target: string;
+  /** as of TileExport. */
+  name: string;
+  /** as of TileExport. */
+  tile: number;
+  /** by name. */
+  textures: Record<string, LayeredTexture>;
+  /** by name. */
+  maps: Record<string, LayeredMap>;
+  /** by name, of MetaHuman. */
+  curves?: Record<string, LayerCurve>;
+  /** what the engine leaves out, for people. */
+  notes: string[];
+  /** as of ExportDocument. */
+  files: Record<string, ExportedFile>;
+  /** as of ExportDocument. */
+  sha256: string;
+  /** as of ExportDocument. */
+  output?: string;
+  /** as of ExportDocument. */
+  bytes?: number;
 }
 
 /** How far one level of mip-maps is from how a blend should look from afar; _blends of unseen blends. */
@@ -200,6 +297,8 @@ export interface SceneDocument {
   uniform: boolean;
   /** the largest absolute weight. */
   weight_range: number;
+  /** images that hold the masks which weight maps are sums of, by four; left out where weight maps are stored. */
+  fours?: number;
   /** at run time. */
   costs: SceneCosts;
   /** null where the pack has none. */
@@ -300,6 +399,8 @@ export interface TileExport {
   mips: MipErrors[];
   /** of the face, where some were given. */
   regions?: ExportedRegions;
+  /** where weight maps are sums of them. */
+  masks?: ExportedMasks;
 }
 
 /** An export of several tiles, as it stands in facezip.json. */

@@ -42,6 +42,8 @@ export interface HeadDocument {
   max_slope: number;
   /** Whether every weight map is one texel of floats. */
   uniform: boolean;
+  /** How many images hold the masks that weight maps are sums of, by four; left out where weight maps are stored. */
+  fours?: number;
   /** Names of regions of the face that can be turned down; every tile has a mask of each. */
   regions?: string[];
   mesh: object | null;

@@ -35,7 +35,10 @@ export class Head {
 
 /** What a tile is made of, before a GPU has it. */
 export interface TileContent {
+  /** Weight maps, or the masks that they are sums of, one after the other. */
   weights: ArrayBuffer;
+  /** Of masks: half floats. */
+  activations: ArrayBuffer | null;
   /** Masks of the regions, one after the other. */
   regions: ArrayBuffer | null;
   /** Of each map. */
@@ -43,11 +46,12 @@ export interface TileContent {
 }
 
 export async function readTile(document: HeadDocument, assets: Assets, t: number, scale: number): Promise<TileContent> {
-  const [weights, regions, ...images] = await Promise.all([
-    assets.array(`tile_${t}.weights`), document.regions?.length ? assets.array(`tile_${t}.regions`) : null,
+  const [weights, activations, regions, ...images] = await Promise.all([
+    assets.array(`tile_${t}.${document.fours ? "masks" : "weights"}`), document.fours ? assets.array("activations") : null,
+    document.regions?.length ? assets.array(`tile_${t}.regions`) : null,
     ...document.maps.map((_, m) => readImages(document, assets, t, m, scale)),
   ]);
-  return { weights, regions, images };
+  return { weights, activations, regions, images };
 }
 
 export class Tile {
@@ -55,7 +59,7 @@ export class Tile {
   readonly textures: THREE.DataArrayTexture[];
 
   constructor(renderer: THREE.WebGLRenderer, readonly document: HeadDocument, readonly number: number, content: TileContent) {
-    this.prepass = prepassOf(renderer, document, document.tiles[number], content.weights, content.regions);
+    this.prepass = prepassOf(renderer, document, document.tiles[number], content);
     this.textures = content.images.map((images, m) => textureOf(renderer, document.maps[m], images));
   }
 

@@ -2,6 +2,8 @@
 
 import * as THREE from "three";
 import { type HeadDocument, layersOf, type TileEntry } from "./document";
+import type { TileContent } from "./head";
+import { Activations, MASKED } from "./masks";
 import { drawInto, quad } from "./quad";
 
 /** What regions of the face leave of the weights at a texel: everything where all gains are 1. */
@@ -43,14 +45,15 @@ export interface Prepass {
 }
 
 /** On the GPU if it draws floating-point numbers, else here, with the same result. */
-export function prepassOf(renderer: THREE.WebGLRenderer, head: HeadDocument, tile: TileEntry, stored: ArrayBuffer, regions: ArrayBuffer | null = null): Prepass {
-  const maps = head.uniform ? new Float32Array(stored) : new Uint8Array(stored);
+export function prepassOf(renderer: THREE.WebGLRenderer, head: HeadDocument, tile: TileEntry, { weights, activations, regions }: Omit<TileContent, "images">): Prepass {
+  const maps = head.uniform ? new Float32Array(weights) : new Uint8Array(weights);
   const masks = regions ? new Uint8Array(regions) : new Uint8Array();
   const type = floatType(renderer);
   const limit = renderer.capabilities.maxTextureSize;
   const [rows, columns] = tile.weight_size;
   if (Math.max(rows, columns) > limit) throw new Error(`this GPU takes textures of up to ${limit} texels, a weight map has ${columns} × ${rows}`);
-  return type ? new GpuPrepass(renderer, head, tile, maps, masks, type) : new CpuPrepass(head, tile, maps, masks);
+  const mixed = activations && new Activations(activations, head.expressions.length);
+  return type ? new GpuPrepass(renderer, head, tile, maps, mixed, masks, type) : new CpuPrepass(head, tile, maps, mixed, masks);
 }
 
 /** The widest floats that can be drawn into and filtered; null for none. */
@@ -67,17 +70,20 @@ class GpuPrepass implements Prepass {
   private readonly gains: THREE.IUniform<Float32Array>;
   private readonly stored: THREE.Texture[];
 
-  constructor(private readonly renderer: THREE.WebGLRenderer, head: HeadDocument, tile: TileEntry, maps: Float32Array | Uint8Array, masks: Uint8Array<ArrayBuffer>, type: THREE.TextureDataType) {
-    const [[rows, columns], layers, count] = [tile.weight_size, layersOf(head.slots), head.expressions.length];
-    const { texture, stacked } = inStacks(renderer, maps, rows, columns, layers * count);
-    this.blend = new THREE.DataTexture(new Float32Array(count), count, 1, THREE.RedFormat, THREE.FloatType);
+  constructor(private readonly renderer: THREE.WebGLRenderer, head: HeadDocument, tile: TileEntry, maps: Float32Array | Uint8Array, private readonly mixed: Activations | null, masks: Uint8Array<ArrayBuffer>, type: THREE.TextureDataType) {
+    const [[rows, columns], layers, fours] = [tile.weight_size, layersOf(head.slots), head.fours ?? 0];
+    const count = fours || head.expressions.length;
+    const { texture, stacked } = inStacks(renderer, maps, rows, columns, fours || layers * count);
+    this.blend = mixed
+      ? new THREE.DataTexture(mixed.sum, 4 * fours, layers, THREE.RGBAFormat, THREE.FloatType)
+      : new THREE.DataTexture(new Float32Array(count), count, 1, THREE.RedFormat, THREE.FloatType);
     this.target = new THREE.WebGLArrayRenderTarget(columns, rows, layers, { type, depthBuffer: false, minFilter: THREE.LinearFilter, magFilter: THREE.LinearFilter });
     this.combined = this.target.texture as THREE.DataArrayTexture;
     const regions = head.regions?.length ?? 0;
     this.gains = { value: new Float32Array(regions).fill(1) };
     this.stored = [texture, masksOf(masks, rows, columns, regions)];
-    this.quads = Array.from({ length: layers }, (_, layer) => quad(regionSource(regions) + FRAGMENT, {
-      maps: { value: texture }, masks: { value: this.stored[1] }, gains: this.gains, blend: { value: this.blend }, first: { value: layer * count }, count: { value: count },
+    this.quads = Array.from({ length: layers }, (_, layer) => quad(regionSource(regions) + (mixed ? MASKED : FRAGMENT), {
+      maps: { value: texture }, masks: { value: this.stored[1] }, gains: this.gains, blend: { value: this.blend }, layer: { value: layer }, first: { value: layer * count }, count: { value: count },
       stacked: { value: stacked }, height: { value: rows },
       span: { value: fourOf(tile.weight_span, layer) }, offset: { value: fourOf(tile.weight_offset, layer) },
     }));
@@ -85,7 +91,8 @@ class GpuPrepass implements Prepass {
 
   render(weights: Float32Array, gains?: Float32Array): void {
     if (gains) this.gains.value.set(gains);
-    (this.blend.image.data as Float32Array).set(weights);
+    if (this.mixed) this.mixed.blend(weights);
+    else (this.blend.image.data as Float32Array).set(weights);
     this.blend.needsUpdate = true;
     this.quads.forEach((one, layer) => drawInto(this.renderer, this.target, layer, () => one.render(this.renderer)));
   }
@@ -100,7 +107,7 @@ class CpuPrepass implements Prepass {
   private readonly sums: Float32Array;
   private readonly halves: Uint16Array<ArrayBuffer>;
 
-  constructor(private readonly head: HeadDocument, private readonly tile: TileEntry, private readonly maps: Float32Array | Uint8Array, private readonly masks: Uint8Array) {
+  constructor(private readonly head: HeadDocument, private readonly tile: TileEntry, private readonly maps: Float32Array | Uint8Array, private readonly mixed: Activations | null, private readonly masks: Uint8Array) {
     const [rows, columns] = tile.weight_size;
     this.halves = new Uint16Array(4 * rows * columns * layersOf(head.slots));
     this.sums = new Float32Array(this.halves.length);
@@ -110,11 +117,23 @@ class CpuPrepass implements Prepass {
   }
 
   render(weights: Float32Array, gains?: Float32Array): void {
-    const { sums, maps, head, tile } = this;
-    const [count, one] = [head.expressions.length, 4 * tile.weight_size[0] * tile.weight_size[1]];
-    const step = head.uniform ? 1 : 1 / 255;
+    const { sums, tile, mixed } = this;
+    const one = 4 * tile.weight_size[0] * tile.weight_size[1];
     const total = weights.reduce((sum, beta) => sum + beta, 0);
     sums.fill(0);
+    if (mixed) this.addMasks(mixed, weights, one);
+    else this.addMaps(weights, one);
+    for (let i = 0; i < sums.length; i++) {
+      const slot = 4 * Math.floor(i / one) + (i & 3);
+      const sum = (tile.weight_span[slot] ?? 0) * sums[i] + (tile.weight_offset[slot] ?? 0) * total;
+      this.halves[i] = THREE.DataUtils.toHalfFloat(sum * this.leftAt((i % one) >> 2, gains));
+    }
+    this.combined.needsUpdate = true;
+  }
+
+  private addMaps(weights: Float32Array, one: number): void {
+    const { sums, maps, head } = this;
+    const [count, step] = [head.expressions.length, head.uniform ? 1 : 1 / 255];
     for (let layer = 0; layer < layersOf(head.slots); layer++) {
       for (let n = 0; n < count; n++) {
         if (weights[n] === 0) continue;
@@ -122,12 +141,16 @@ class CpuPrepass implements Prepass {
         for (let i = 0, to = layer * one; i < one; i++, to++) sums[to] += weights[n] * step * maps[from + i];
       }
     }
-    for (let i = 0; i < sums.length; i++) {
-      const slot = 4 * Math.floor(i / one) + (i & 3);
-      const sum = (tile.weight_span[slot] ?? 0) * sums[i] + (tile.weight_offset[slot] ?? 0) * total;
-      this.halves[i] = THREE.DataUtils.toHalfFloat(sum * this.leftAt((i % one) >> 2, gains));
-    }
-    this.combined.needsUpdate = true;
+  }
+
+  private addMasks(mixed: Activations, weights: Float32Array, one: number): void {
+    const { sums, maps } = this;
+    mixed.blend(weights);
+    mixed.sum.forEach((activation, at) => {
+      const [slot, mask] = [at & 3, (at >> 2) % (4 * this.head.fours!)];
+      const [from, to] = [(mask >> 2) * one + (mask & 3), Math.floor(at / (16 * this.head.fours!)) * one + slot];
+      for (let i = 0; i < one; i += 4) sums[to + i] += (activation * maps[from + i]) / 255;
+    });
   }
 
   private leftAt(texel: number, gains: Float32Array = new Float32Array()): number {

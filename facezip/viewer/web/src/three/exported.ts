@@ -2,7 +2,7 @@
 
 import { asked, bitmapOf } from "../head/assets";
 import { type Assets, type HeadDocument, layersOf, type TextureEntry, type TileEntry } from "../head/document";
-import type { ExportDocument, ExportedMap, ExportedTexture, TileExport, TilesDocument } from "../published";
+import type { ExportDocument, ExportedMap, ExportedMasks, ExportedTexture, TileExport, TilesDocument } from "../published";
 import { readPng, type Texels } from "./png";
 
 export interface Exported {
@@ -26,7 +26,7 @@ export async function readExported(base: string): Promise<Exported> {
 }
 
 function documentOf(tiles: TileExport[]): HeadDocument {
-  const [{ order, gains, maps, textures, uniform_weights }] = tiles;
+  const [{ order, gains, maps, textures, uniform_weights, masks }] = tiles;
   const first = maps[gains.maps[0]];
   return {
     expressions: order,
@@ -37,22 +37,25 @@ function documentOf(tiles: TileExport[]): HeadDocument {
     max_slope: Math.max(...Object.values(maps).map(({ max_slope }) => max_slope ?? 0)),
     uniform: uniform_weights.length > 0,
     regions: gains.regions,
+    ...(masks && { fours: foursOf(masks, first.differences.length) }),
     mesh: {},
   };
 }
 
+const foursOf = ({ vectors }: ExportedMasks, slots: number) => vectors / layersOf(slots) / 4;
+
 // Two channels come in images of three.
 const channelsOf = ({ channels: { length } }: ExportedMap) => ({ channels: length, image_channels: length === 2 ? 3 : length });
 
-function tileOf({ weight_size, uniform_weights, gains, maps, textures }: TileExport): TileEntry {
+function tileOf({ weight_size, uniform_weights, masks, gains, maps, textures }: TileExport): TileEntry {
   const slots = maps[gains.maps[0]].differences.length;
   const layers = Array.from({ length: layersOf(slots) }, (_, layer) => textures[`weights_${layer}`]);
-  // Uniform weights are written as they are.
-  const uniform = uniform_weights.length > 0;
+  // Uniform weights are written as they are, and masks make them so.
+  const plain = uniform_weights.length > 0 || masks !== undefined;
   return {
     place: [0, 0], weight_size,
-    weight_span: uniform ? new Array(slots).fill(1) : layers.flatMap(({ scale }) => scale!),
-    weight_offset: uniform ? new Array(slots).fill(0) : layers.flatMap(({ offset }) => offset!),
+    weight_span: plain ? new Array(slots).fill(1) : layers.flatMap(({ scale }) => scale!),
+    weight_offset: plain ? new Array(slots).fill(0) : layers.flatMap(({ offset }) => offset!),
     textures: gains.maps.map((name) => textureOf(maps[name], textures)),
   };
 }
@@ -71,9 +74,11 @@ function assetsOf(tiles: TileExport[], places: string[]): Assets {
   const png = async (t: number, file: string) => readPng(await (await asked(new URL(file, places[t]))).arrayBuffer());
   return {
     async array(name) {
+      if (name === "activations") return Uint8Array.from(atob(tiles[0].masks!.activations), (byte) => byte.charCodeAt(0)).buffer;
       const [, t, kind] = /^tile_(\d+)\.(\w+)$/.exec(name)!;
-      const { regions, order, uniform_weights, weight_size, textures, gains } = tiles[+t];
+      const { regions, masks, order, uniform_weights, weight_size, textures, maps, gains } = tiles[+t];
       if (kind === "regions") return stacked(await png(+t, regions!.file), regions!.columns, weight_size, gains.regions.length).buffer;
+      if (kind === "masks") return stacked(await png(+t, masks!.file), masks!.columns, weight_size, foursOf(masks!, maps[gains.maps[0]].differences.length)).buffer;
       if (uniform_weights.length) return uniform(uniform_weights).buffer;
       const layers = Object.values(textures).filter(({ columns }) => columns !== undefined);
       const parts = await Promise.all(layers.map(async ({ file, columns }) => stacked(await png(+t, file), columns!, weight_size, order.length)));
