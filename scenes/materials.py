@@ -7,6 +7,8 @@ cavity make of them is in :mod:`render.shading`, which agrees with these where a
 from collections.abc import Callable
 from typing import Any
 
+from scenes.plugins import Plugin
+
 # Of skin without maps of them. `specular` is Disney's and Unreal's: a reflectance of 0.08 · specular at normal
 # incidence; Unreal's tables give skin 0.35, lips and the T-zone have more.
 ROUGHNESS = 0.48
@@ -17,18 +19,18 @@ SPECULAR = 0.42
 NARROW_SHARE, NARROW, BROAD = 0.2, 0.62, 1.1
 
 
-def diffuse(albedo: Any) -> dict[str, Any]:
+def diffuse(albedo: Any) -> Plugin:
     """Matte skin: nothing but the texture shows."""
     return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": albedo}}
 
 
-def skin(albedo: Any) -> dict[str, Any]:
+def skin(albedo: Any) -> Plugin:
     """Principled skin: a rough dielectric sheen over the texture."""
     principled = {"type": "principled", "base_color": albedo, "roughness": ROUGHNESS, "specular": SPECULAR}
     return {"type": "twosided", "bsdf": {**principled, "sheen": 0.0}}
 
 
-def soft(albedo: Any) -> dict[str, Any]:
+def soft(albedo: Any) -> Plugin:
     """Principled skin with two highlights; where it has a normal map, light scatters (:mod:`render.shading`)."""
     lobes = {
         f"lobe_{n}": {"type": "principled", "base_color": albedo, "roughness": factor * ROUGHNESS, "specular": SPECULAR}
@@ -37,9 +39,9 @@ def soft(albedo: Any) -> dict[str, Any]:
     return {"type": "twosided", "bsdf": {"type": "blendbsdf", "weight": NARROW_SHARE, **lobes}}
 
 
-MATERIALS: dict[str, Callable[[Any], dict[str, Any]]] = {"skin": skin, "diffuse": diffuse, "soft": soft}
+MATERIALS: dict[str, Callable[[Any], Plugin]] = {"skin": skin, "diffuse": diffuse, "soft": soft}
 
 
-def grey(value: float) -> dict[str, Any]:
+def grey(value: float) -> Plugin:
     """A constant albedo."""
     return {"type": "rgb", "value": value}

@@ -1,11 +1,14 @@
 """Curves out of points, and the honest question: at no more bytes than the rival, how much error is left?"""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
+from facezip.documents.document import Data
+from reports.rates.documents import Comparison
 from reports.rates.families import OURS, RIVAL
+from reports.rates.points import Point
 
-Row = Mapping[str, Any]
+# A point or a row of a document, as data.
+Row = Data
 # Bytes a texel between which block compression of every texture is used: below it looks bad, above it is not needed.
 LEAST, MOST = 2.0, 6.0
 
@@ -24,14 +27,14 @@ def envelope(points: Sequence[Row]) -> list[Row]:
     return kept
 
 
-def compare(points: Sequence[Row]) -> list[dict[str, Any]]:
-    """For every point of the rival, our best one that costs no more: ``rival``, ``ours``, ``ratio`` of their errors."""
+def compare(points: Sequence[Point]) -> list[Comparison]:
+    """For every point of the rival, our best one that costs no more."""
     rows = []
-    for rival in of_family(points, RIVAL):
-        within = [one for one in of_family(points, OURS) if one["bytes_per_texel"] <= rival["bytes_per_texel"]]
+    for rival in sorted((one for one in points if one.family == RIVAL), key=lambda one: one.bytes_per_texel):
+        within = [one for one in points if one.family == OURS and one.bytes_per_texel <= rival.bytes_per_texel]
         if within:
-            ours = min(within, key=lambda one: one["rmse"])
-            rows.append({"rival": rival, "ours": ours, "ratio": ours["rmse"] / rival["rmse"]})
+            ours = min(within, key=lambda one: (one.rmse, one.bytes_per_texel))
+            rows.append(Comparison(rival=rival, ours=ours, ratio=ours.rmse / rival.rmse))
     return rows
 
 

@@ -1,8 +1,8 @@
 """Error against bytes: every measurement as a mark, and a line through the best of each family."""
 
 from collections.abc import Mapping
-from typing import Any
 
+from facezip.documents.document import Data
 from reports.maps import headline, unit
 from reports.metrics import megabytes, number
 from reports.plots import Axis, Mark, Plot, dot, line
@@ -15,7 +15,7 @@ RMSE, BYTES = "RMSE, of 255", "Bytes of GPU memory a texel"
 LEFT, TOP, BOTTOM = 52.0, 36.0, 400.0
 # What is drawn; the rest is in the table.
 MOST_BYTES, MOST_RMSE = 8.0, 4.0
-Round = Mapping[str, Any]
+Round = Data
 
 
 def families_of(one: Round) -> list[Family]:

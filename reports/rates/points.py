@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,9 +30,9 @@ class Point:
     bytes_per_texel : the same over the texels of one expression, of all maps and tiles.
     fetches : textures that a shader reads for a pixel.
     rmse : 0..255, of what the GPU's decoder gives back, over all maps (:func:`facezip.fit.choice.whole_error`).
-    errors : by map ``rmse``, or ``angular_error`` and ``angular_error_rms`` in degrees; means over expressions.
+    errors : by map, means over expressions.
     seconds : of fitting and coding.
-    differences, weight_scale : of a pack.
+    differences, weight_scale : of a pack; null of textures.
     """
 
     family: str
@@ -42,10 +41,10 @@ class Point:
     bytes_per_texel: float
     fetches: int
     rmse: float
-    errors: dict[str, dict[str, float]]
+    errors: Errors
     seconds: float
-    differences: int | None = None
-    weight_scale: int | None = None
+    differences: int | None
+    weight_scale: int | None
 
 
 @dataclass(frozen=True)
@@ -67,7 +66,7 @@ class Textures:
         count = 1 + len(character.expressions)
         size = count * sum(storage.texture_bytes(Texture(*stack.neutral.shape)) for stack in character.stacks.values())
         numbers = size, size / _texels(character), count * len(kinds), *_errors(errors)
-        return Point(self.family, self.codec.name, *numbers, perf_counter() - begin)
+        return Point(self.family, self.codec.name, *numbers, perf_counter() - begin, None, None)
 
 
 @dataclass(frozen=True)
@@ -99,10 +98,6 @@ def _texels(character: Character) -> int:
     return sum(stack.resolution[0] * stack.resolution[1] for stack in character.stacks.values())
 
 
-def _errors(errors: Errors) -> tuple[float, dict[str, dict[str, Any]]]:
+def _errors(errors: Errors) -> tuple[float, Errors]:
     """The one number, and those of each map."""
-    by_map = {
-        name: {key: value for key, value in found.items() if not key.endswith("_per_expression")}
-        for name, found in errors.items()
-    }
-    return whole_error(errors, {}), by_map
+    return whole_error(errors, {}), {name: found.means for name, found in errors.items()}

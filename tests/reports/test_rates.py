@@ -7,17 +7,19 @@ import numpy as np
 import pytest
 
 from facezip.blocks.codecs import bc7, raw
+from facezip.documents.document import plain
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.fit.choice import whole_error
 from facezip.fit.coded import coded_afterwards
 from facezip.fit.methods import compress
 from facezip.fit.storage import Storage
-from facezip.pack.errors import model_errors
+from facezip.pack.errors import MapErrors, model_errors
 from reports.rates import experiment
 from reports.rates.comparison import compare, envelope, in_use
 from reports.rates.families import FAMILIES, RAW, tried
-from reports.rates.points import Pack, Textures
+from reports.rates.points import Pack, Point, Textures
 from reports.rates.report import write_rates_report
+from tests.documents.checked import check
 from tests.facezip.conftest import random_character
 from tests.facezip.surfaces import random_surface
 from tests.reports.test_validation import Page
@@ -25,10 +27,8 @@ from tests.reports.test_validation import Page
 HOSTILE = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)> {{ 7*7 }} & ]]>"
 
 
-def point(family, size, error, **more):
-    return {"family": family, "codec": "raw", "bytes": 100 * size, "bytes_per_texel": size, "fetches": 6, "rmse": error,
-            "errors": {"albedo": {"rmse": error}}, "seconds": 1.0, "differences": 4,
-            "weight_scale": 8} | more  # fmt: skip
+def point(family, size, error):
+    return Point(family, "raw", 100 * size, size, 6, error, {"albedo": MapErrors(rmse=error)}, 1.0, 4, 8)
 
 
 WAYS = [
@@ -60,7 +60,7 @@ def measured(character):
     patch.setattr(experiment, "tried", lambda character, effort: WAYS)
     found = experiment.measure_rates(character, 7, "fast", 0)
     patch.undo()
-    return found | {"command": HOSTILE}
+    return replace(found, command=HOSTILE)
 
 
 def test_every_texture_raw_costs_its_bytes_and_has_no_error():
@@ -94,15 +94,15 @@ def test_the_error_is_one_over_all_maps_beside_those_of_each(tiled):
     errors, found = model_errors(tiled, model), way.measure(tiled)
     assert found.rmse == pytest.approx(whole_error(errors, {}))
     assert set(found.errors) == {"albedo", "normal", "roughness"}
-    assert found.errors["roughness"] == {"rmse": pytest.approx(errors["roughness"]["rmse"])}
-    assert found.errors["normal"]["angular_error"] == pytest.approx(errors["normal"]["angular_error"])
+    assert found.errors["roughness"] == MapErrors(rmse=errors["roughness"].rmse)
+    assert found.errors["normal"].angular_error == pytest.approx(errors["normal"].angular_error)
 
 
 def test_the_rival_codes_normals_as_images(tiled):
     """Uncompressed, 8 bits of n and not of its slopes, which would be off by degrees."""
     found = Textures("textures_bc", raw(3)).measure(tiled).errors
-    assert 0 < found["normal"]["angular_error"] < 0.5
-    assert found["albedo"]["rmse"] < 1e-4
+    assert 0 < found["normal"].angular_error < 0.5
+    assert found["albedo"].rmse < 1e-4
 
 
 def test_the_page_shows_the_error_of_each_map(tiled_document, tmp_path):
@@ -111,19 +111,19 @@ def test_the_page_shows_the_error_of_each_map(tiled_document, tmp_path):
     assert "Normal, mean angle in degrees" in words
     assert "albedo, normal and roughness together" in words
     assert "3 maps on 2 tiles" in words
-    point = tiled_document["rounds"][0]["points"][0]
-    assert f"{point['errors']['roughness']['rmse']:.2f}" in page.words
+    point = tiled_document.rounds[0].points[0]
+    assert f"{point.errors['roughness'].rmse:.2f}" in page.words
 
 
 def test_an_albedo_alone_has_one_error(document, tmp_path):
-    for one in document["rounds"]:
-        assert all(point["rmse"] == pytest.approx(point["errors"]["albedo"]["rmse"]) for point in one["points"])
+    for one in document.rounds:
+        assert all(point.rmse == pytest.approx(point.errors["albedo"].rmse) for point in one.points)
     assert "together" not in write_rates_report(document, tmp_path).read_text(encoding="utf-8")
 
 
 def test_an_envelope_is_what_nothing_cheaper_beats():
     rng = np.random.default_rng(0)
-    points = [point("pca", size, error) for size, error in rng.random((40, 2))]
+    points = [plain(point("pca", size, error)) for size, error in rng.random((40, 2))]
     kept = envelope(points)
     assert [one["rmse"] for one in kept] == sorted((one["rmse"] for one in kept), reverse=True)
     for one in points:
@@ -135,8 +135,8 @@ def test_the_comparison_never_costs_more_than_the_rival():
     points = [point("textures_astc", size, 3.0) for size in (1.0, 3.0, 9.0)]
     points += [point("refined_astc", size, error) for size, error in ((2.0, 2.0), (2.5, 2.5), (3.5, 0.5))]
     rows = compare(points)
-    assert [(row["rival"]["bytes_per_texel"], row["ours"]["rmse"]) for row in rows] == [(3.0, 2.0), (9.0, 0.5)]
-    assert in_use(rows) == rows[:1]
+    assert [(row.rival.bytes_per_texel, row.ours.rmse) for row in rows] == [(3.0, 2.0), (9.0, 0.5)]
+    assert in_use(plain(rows)) == plain(rows[:1])
 
 
 @pytest.mark.parametrize("character", [random_character(side=32), random_surface(side=32, tiles=(2, 1))])
@@ -172,6 +172,7 @@ def test_the_page_loads_nothing_but_itself_and_names_run_nothing(document, tmp_p
 def test_json_beside_the_page_holds_the_document(document, tmp_path):
     write_rates_report(document, tmp_path)
     stored = json.loads((tmp_path / "rates.json").read_text(encoding="utf-8"))
-    assert stored["rounds"] == document["rounds"]
+    assert check(stored) == "rates"
+    assert stored["rounds"] == plain(document.rounds)
     assert [one["expressions"] for one in stored["rounds"]] == [5, 7]
     assert stored["findings"]
