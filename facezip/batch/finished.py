@@ -132,7 +132,7 @@ def _read(pack: Path) -> dict[str, Any]:
     """The record of a pack; empty where there is none that can be understood: the pack is what counts."""
     try:
         record = json.loads(_record(pack).read_bytes())
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return {}
     known = isinstance(record, dict) and isinstance(record.get("character"), str)
     return record if known and isinstance(record.get("document", {}), dict) else {}
