@@ -63,7 +63,7 @@ viewer: .venv/ready
 
 # Pins the dependencies of pyproject.toml for every Python from 3.11 on, with hashes and without addresses.
 lock:
-	uv pip compile pyproject.toml --extra dev --extra docs --universal --python-version 3.11 --fork-strategy fewest \
+	uv pip compile pyproject.toml --extra dev --extra docs --extra fuzz --universal --python-version 3.11 --fork-strategy fewest \
 	  --generate-hashes --no-emit-index-url --no-annotate --no-header --output-file requirements.txt
 
 clean:

@@ -164,7 +164,7 @@ def _read(pack: Path) -> Record | None:
     """The record of a pack; None where there is none that can be understood: the pack is what counts."""
     try:
         return from_json(_record(pack).read_bytes(), Record)
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return None
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from facezip.character.sources import holds_scans, is_character, is_gltf_name
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.reading import reading
 from facezip.names import first_unusable, folded, printable
 
 
@@ -35,8 +36,8 @@ def find_jobs(sources: Sequence[Path]) -> list[Job]:
     Raises
     ------
     FaceZipError
-        ``MISSING_FILE`` or ``BAD_VALUE`` for a list; ``BAD_VALUE`` where two characters share a name, or one has a name
-        that no file can bear.
+        ``MISSING_FILE``, ``CANNOT_READ`` or ``BAD_VALUE`` for a list; ``BAD_VALUE`` where two characters share a name,
+        or one has a name that no file can bear.
     """
     jobs = [job for source in sources for job in _jobs_of(source)]
     wrong = first_unusable(job.name for job in jobs)
@@ -67,8 +68,9 @@ def _listed(path: Path) -> Iterator[Job]:
     if not path.is_file():
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such list of characters; write it (docs/batch.md)")
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        with reading(path):
+            document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
         raise FaceZipError(ErrorCode.BAD_VALUE, f"{path}: not TOML ({error}); see docs/batch.md") from None
     tables = document.pop("character", [])
     if not isinstance(tables, list) or not tables or not all(_is_table(table) for table in tables):

@@ -19,6 +19,8 @@ Arguments = ParamSpec("Arguments")
 
 # As many as dask's scheduler makes by default.
 ATTEMPTS = 4
+# Ends of a process by its own fault; the system ends one for memory by SIGKILL.
+CRASHES = (signal.SIGSEGV, signal.SIGABRT, signal.SIGILL, signal.SIGFPE)
 
 
 class ProcessWorkers(Executor):
@@ -54,13 +56,14 @@ class ProcessWorkers(Executor):
             self._workers.clear()
 
     def _call(self, *call: Any) -> Any:
+        code = None
         for _ in range(ATTEMPTS):
             worker = self._worker()
             try:
                 return worker.call(call)
             except _Died:
-                self._forget(worker)
-        raise worker_lost()
+                code = self._forget(worker)
+        raise worker_lost(code)
 
     def _worker(self) -> "_Worker":
         """The process of this thread."""
@@ -73,15 +76,22 @@ class ProcessWorkers(Executor):
                 self._workers.add(worker)
         return worker
 
-    def _forget(self, worker: "_Worker") -> None:
+    def _forget(self, worker: "_Worker") -> int | None:
+        """How the process of this thread ended, as ``multiprocessing.Process.exitcode`` has it."""
         self._mine.worker = None
         with self._lock:
             self._workers.discard(worker)
-        worker.end()
+        return worker.end()
 
 
-def worker_lost() -> FaceZipError:
-    """The error for a task that ends every process that begins it."""
+def worker_lost(code: int | None = None) -> FaceZipError:
+    """The error for a task that ends every process that begins it, with ``code`` where that is known."""
+    if code is not None and -code in CRASHES:
+        return FaceZipError(
+            ErrorCode.WORKER_LOST,
+            f"its process crashed in the middle, {ATTEMPTS} times ({signal.Signals(-code).name}), most likely in a "
+            "library that decodes its images; export them anew, and please report it with the image",
+        )
     return FaceZipError(
         ErrorCode.WORKER_LOST,
         f"its process was ended in the middle, {ATTEMPTS} times, most likely for memory; use fewer workers or smaller "
@@ -117,10 +127,12 @@ class _Worker:
     def kill(self) -> None:
         self._process.kill()
 
-    def end(self) -> None:
+    def end(self) -> int | None:
+        """End the process where it still runs; its exit code, or minus the signal that ended it."""
         self._process.kill()
         self._process.join()
         self._pipe.close()
+        return self._process.exitcode
 
 
 def _serve(pipe: Connection) -> None:

@@ -15,6 +15,7 @@ from tests.trust.contention import check_contention
 from tests.trust.damage import check_damage
 from tests.trust.findings import Row
 from tests.trust.fuzz import check_fuzz
+from tests.trust.guided import check_guided
 from tests.trust.kills import check_kills
 from tests.trust.ladder import check_ladder
 from tests.trust.meshes import check_meshes
@@ -37,6 +38,7 @@ CHECKS: dict[str, Callable[[Path, float], list[Row]]] = {
     "meshes": check_meshes,
     "same": check_same,
     "fuzz": check_fuzz,
+    "guided": check_guided,
 }
 
 

@@ -7,6 +7,7 @@ and is read by the tests from then on.
 
 import argparse
 import hashlib
+import json
 import logging
 import random
 import re
@@ -19,14 +20,21 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from PIL import Image
+
 from facezip import FaceZipError
+from facezip.batch.finished import earlier
+from facezip.batch.jobs import find_jobs
 from facezip.character.loading import load_character, save_character
 from facezip.character.settings import SETTINGS
+from facezip.export.animation import read_animation
 from facezip.files.images import read_texture
 from facezip.files.obj import read_obj
 from facezip.files.values import read_values
+from facezip.fit.mask_folder import read_masks
 from facezip.pack.manifest import FILE_NAME
 from facezip.pack.read import read_pack
+from facezip.pack.verification import stored
 from tests.facezip.character.gltfs import full_scene
 from tests.facezip.conftest import random_character
 from tests.facezip.surfaces import random_surface
@@ -59,6 +67,25 @@ encoding = "data"
 float = true
 """
 
+MASKS = """activations = "0..1"
+sum_to_one = false
+layers = { brow = [0, 1] }
+channels = { face = ["jaw", "nose", ""] }
+"""
+CHARACTERS = """method = "refined"
+differences = 4
+[[character]]
+path = "one"
+[[character]]
+path = "two"
+name = "b"
+masks = "masks"
+"""
+ANIMATION = """smile,"gains.expressions.smile",gains.regions.jaw
+0.0,1,1
+.5,1e0,-2
+"""
+
 # Notes on valid files are no findings, and would fill the terminal.
 logging.getLogger("facezip").addHandler(logging.NullHandler())
 
@@ -73,6 +100,10 @@ READERS: dict[str, Callable[[Path], Any]] = {
     "gltf": lambda file: load_character(next(file.parent.glob("*.gltf"))),
     "character": lambda file: load_character(file.parent),
     "surface": lambda file: load_character(file.parent),
+    "masks": lambda file: read_masks(file.parent),
+    "list of characters": lambda file: find_jobs([file]),
+    "record of a batch": lambda file: earlier(file.parent, ()),
+    "animation": read_animation,
 }
 
 
@@ -105,6 +136,7 @@ def make_corpus(work: Path) -> dict[str, list[Path]]:
     gltf = full_scene().write(work / "gltf", "gltf, files beside")
     save_character(random_surface(side=16, expressions=2, tiles=(2, 1)), work / "surface")
     (work / "surface" / SETTINGS).write_text(LAYOUT, encoding="utf-8")
+    _make_lists(work)
     character = sorted((work / "character").iterdir())
     return {
         "glb": [work / "glb" / "sheet.glb"],
@@ -116,7 +148,26 @@ def make_corpus(work: Path) -> dict[str, list[Path]]:
         "signed pack": [work / golden.parent.name / FILE_NAME for golden in (GOLDEN, LAYERED, MASKED)],
         "character": character,
         "surface": [work / "surface" / SETTINGS, *sorted((work / "surface").glob("neutral.*.png"))],
+        "masks": [work / "masks" / "masks.toml", *sorted((work / "masks").glob("*.png"))],
+        "list of characters": [work / "lists" / "characters.toml"],
+        "record of a batch": [work / "record" / "golden.facezip.json"],
+        "animation": [work / "lists" / "animation.csv"],
     }
+
+
+def _make_lists(work: Path) -> None:
+    """What is not of a character or a pack."""
+    for name in ("masks", "lists", "record"):
+        (work / name).mkdir()
+    (work / "masks" / "masks.toml").write_text(MASKS, encoding="utf-8")
+    for name, kind in (("brow", "L"), ("lid.1002", "L"), ("face", "RGB")):
+        Image.new(kind, (4, 3), 100).save(work / "masks" / f"{name}.png")
+    (work / "lists" / "characters.toml").write_text(CHARACTERS, encoding="utf-8")
+    (work / "lists" / "animation.csv").write_text(ANIMATION, encoding="utf-8")
+    pack = work / "record" / "golden.facezip"
+    shutil.copytree(GOLDEN, pack)
+    record = {"character": "scans/golden", "digest": "0", "manifest": stored(pack / FILE_NAME).sha256, "document": {}}
+    (work / "record" / "golden.facezip.json").write_text(json.dumps(record, indent=1), encoding="utf-8")
 
 
 def finding(reader: str, file: Path) -> str:
@@ -140,6 +191,16 @@ def try_bytes(reader: str, file: Path, content: bytes) -> str:
         return finding(reader, file)
     finally:
         file.write_bytes(original)
+
+
+def different(files: list[Path]) -> list[Path]:
+    """The files of a reader's corpus, each once."""
+    return list(dict.fromkeys(files))
+
+
+def parted(files: list[Path], data: bytes) -> tuple[Path, bytes]:
+    """An input of :mod:`tests.trust.guided`: a byte that picks one of the files, and the bytes that it gets."""
+    return files[data[0] % len(files)], data[1:]
 
 
 def check_fuzz(work: Path, part: float) -> list[Row]:
@@ -167,7 +228,9 @@ def main() -> None:
         end, seed, found = time.monotonic() + options.seconds, options.seed, 0
         while time.monotonic() < end:
             reader = readers[seed % len(readers)]
-            found += sum(_keep(*each) for each in _batch(reader, corpus[reader], seed))
+            for kind, content, fault in _batch(reader, corpus[reader], seed):
+                keep(kind, bytes.fromhex(content), fault)
+                found += 1
             seed += 1
             print(f"\r{(seed - options.seed) * BATCH} cases, {found} findings", end="", file=sys.stderr)
     print(file=sys.stderr)
@@ -199,14 +262,13 @@ def _cases(files: list[Path], seed: int) -> list[tuple[Path, bytes]]:
     return cases
 
 
-def _keep(kind: str, content: str, fault: str) -> int:
+def keep(kind: str, content: bytes, fault: str) -> None:
+    """Store what a reader did not survive, and say so."""
     folder = Path("out") / "fuzz"
     folder.mkdir(parents=True, exist_ok=True)
-    data = bytes.fromhex(content)
-    name = folder / f"{hashlib.sha256(data).hexdigest()[:12]}-{kind}"
-    name.write_bytes(data)
+    name = folder / f"{hashlib.sha256(content).hexdigest()[:12]}-{kind}"
+    name.write_bytes(content)
     print(f"\n{name}: {fault}", file=sys.stderr)
-    return 1
 
 
 if __name__ == "__main__":

@@ -90,7 +90,13 @@ def test_who_may_replace_a_pack(pack, anna, tmp_path):
     claim(pack, bert, overwrite=True)
 
 
-@pytest.mark.parametrize("content", [b"", b"[]", b"{}", b'{"character": "anna", "document": 3}', b"\xff"])
+@pytest.mark.parametrize(
+    "content",
+    [
+        *(b"", b"[]", b"{}", b'{"character": "anna", "document": 3}', b"\xff"),
+        pytest.param(b"[" * 99999, id="nested without end"),
+    ],
+)
 def test_a_spoilt_record_is_none(pack, anna, content):
     finish(pack, anna)
     pack.with_name("anna.facezip.json").write_bytes(content)

@@ -54,7 +54,11 @@ def test_a_list_gives_names_and_settings_and_what_stands_above_holds_for_all(lib
 
 
 @pytest.mark.parametrize(
-    "text", ["", "[[character]]\n", "character = 3", "[character]\npath = 'a'", "[[character]]\npath = 3", "[["]
+    "text",
+    [
+        *("", "[[character]]\n", "character = 3", "[character]\npath = 'a'", "[[character]]\npath = 3", "[["),
+        pytest.param("a = " + "[" * 9999, id="nested without end"),
+    ],
 )
 def test_a_list_without_paths_is_refused(library, text):
     with pytest.raises(FaceZipError, match=r"jobs\.toml: .*docs/batch\.md"):

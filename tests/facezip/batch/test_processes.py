@@ -1,12 +1,15 @@
 """Calls in processes: what comes back, and what the death of a process costs."""
 
+import ctypes
 import os
+import resource
 import signal
 import time
 
 import pytest
 
 from facezip.batch.processes import ATTEMPTS, ProcessWorkers
+from facezip.batch.workers import Crew
 from facezip.errors import ErrorCode, FaceZipError
 
 
@@ -17,6 +20,14 @@ def die_until(folder, times, value):
         (folder / str(before)).touch()
         os.kill(os.getpid(), signal.SIGKILL)
     return value
+
+
+def decode(file):
+    """Stands for a decoder that some image crashes, as memory that it must not touch does."""
+    if "crashes" in file:
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        ctypes.string_at(0)
+    return file
 
 
 def refuse(code):
@@ -60,6 +71,17 @@ def test_a_call_that_ends_every_process_is_named_and_the_pool_goes_on(pool, tmp_
         pool.submit(die_until, tmp_path, ATTEMPTS, None).result()
     assert caught.value.code is ErrorCode.WORKER_LOST
     assert pool.submit(pow, 2, 5).result() == 32
+
+
+def test_a_decoder_that_crashes_fails_its_own_job_alone_and_is_said_to_have_crashed(pool):
+    files = ("a.png", "crashes.png", "b.png", "c.png")
+    outcomes = Crew(pool, threads=1).outcomes(decode, {file: (file,) for file in files}, "Decoding")
+    lost = outcomes.pop("crashes.png")
+    assert isinstance(lost, FaceZipError)
+    assert lost.code is ErrorCode.WORKER_LOST
+    assert "crashed" in str(lost)
+    assert "SIGSEGV" in str(lost)
+    assert outcomes == {file: file for file in files if file != "crashes.png"}
 
 
 def test_calls_are_broken_off_when_futures_are_cancelled():

@@ -10,6 +10,7 @@ import pytest
 
 from facezip import ErrorCode, FaceZipError, compress
 from facezip.pack.manifest import FILE_NAME
+from facezip.pack.parsing import read_manifest
 from facezip.pack.read import read_pack
 from facezip.pack.verification import stored
 from facezip.pack.write import write_pack
@@ -194,3 +195,16 @@ def test_deltas_of_an_old_version_have_to_be_finite(tmp_path, version):
     deltas.tofile(pack / "deltas.f32")
     sign(pack, json.loads((pack / FILE_NAME).read_bytes()))
     assert "finite" in refused(pack)
+
+
+@pytest.mark.parametrize("path", sorted(DATA.glob("*/*.facezip")), ids=lambda path: path.parent.name)
+def test_the_footprint_counts_what_a_reader_gets(path):
+    manifest, model = read_manifest(path), read_pack(path)
+    footprint = manifest.footprint
+    first = model.parts["albedo", manifest.tiles[0].number]
+    assert footprint.differences == len(first.differences)
+    assert footprint.expressions == len(model.expressions)
+    assert footprint.masks == (0 if model.masked is None else len(model.masked.names))
+    assert footprint.geometry == sum((path / name).stat().st_size for name in manifest.geometry.files)
+    sizes = [(texture.height, texture.width, texture.channels) for texture in footprint.tiles[0]]
+    assert sizes[0] == first.neutral.shape

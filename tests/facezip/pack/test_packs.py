@@ -14,7 +14,7 @@ from facezip.pack.manifest import FILE_NAME, HEAD_FILE
 from facezip.pack.parsing import read_manifest
 from facezip.pack.quantise import quantise
 from facezip.pack.read import read_pack
-from facezip.pack.verification import verify_pack
+from facezip.pack.verification import bytes_on_disk, is_pack, verify_pack
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import one_part, part_of, random_model, weights_of
 from tests.facezip.surfaces import random_surface
@@ -246,3 +246,13 @@ def test_meshes_that_no_file_holds_are_refused_and_nothing_is_written(tmp_path, 
         write_pack(model, tmp_path / "me.facezip")
     assert caught.value.code is ErrorCode.BAD_VALUE
     assert not [*tmp_path.iterdir()]
+
+
+def test_bytes_on_disk_are_those_that_the_manifest_states_and_its_own(pack):
+    stated = sum(file.bytes for file in read_manifest(pack).files.values())
+    assert bytes_on_disk(pack) == stated + (pack / FILE_NAME).stat().st_size
+
+
+def test_what_the_system_does_not_let_one_look_at_is_no_pack(pack):
+    assert is_pack(pack) is True
+    assert is_pack(pack.parent / ("x" * 300)) is False
