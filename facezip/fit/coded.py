@@ -1,9 +1,10 @@
 """The refined fit with a block codec in the loop: every map is fitted to what the codec gave back of the others.
 
 What a codec loses of one map, those that are stored after it make up for. So the neutral is stored first, the
-differences are solved and stored one after the other, then the weight maps slot by slot, and again.
+differences are solved and stored one after the other, then the weight maps image by image, and again.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -27,9 +28,25 @@ from facezip.pack.quantise import quantise
 SMOOTHNESS = 1e-2
 ALTERNATIONS = 4
 
+# Weight maps ``(h, R, N, w)`` by tile.
+Weights = Mapping[int, NDArray[np.float32]]
+
+
+def start_coded(character: Character, differences: int, weight_scale: int) -> Weights:
+    """Weight maps before anything is coded: one start for all storages."""
+    slots, samples = min(differences, len(character.expressions)), _samples(character)
+    return {
+        tile: _mixed(fit_weights([*some.values()], slots, weight_scale, SMOOTHNESS)) for tile, some in samples.items()
+    }
+
 
 def fit_coded(
-    character: Character, differences: int, weight_scale: int, storage: Storage, alternations: int = ALTERNATIONS
+    character: Character,
+    differences: int,
+    weight_scale: int,
+    storage: Storage,
+    alternations: int = ALTERNATIONS,
+    start: Weights | None = None,
 ) -> CompressedTextures:
     """What a shader sees of the refined fit once it is stored.
 
@@ -41,29 +58,38 @@ def fit_coded(
     weight_scale : how many times smaller weight maps are.
     storage : the codecs to fit to.
     alternations : how often all maps are stored; a few are enough.
+    start : what :func:`start_coded` gave for as many differences and the same scale; None to compute it.
     """
-    slots, factors = min(differences, len(character.expressions)), map_factors(character, {})
+    start = start_coded(character, differences, weight_scale) if start is None else start
     parts: dict[Key, Part] = {}
     weights: dict[int, NDArray[np.float32]] = {}
-    for tile in character.tiles:
-        tasks = {
-            kind: weighted_samples(character.stacks[kind.name, tile], factors[kind.name], beside=BESIDE_THE_FACE)
-            for kind in character.maps
-        }
-        maps, weights[tile] = _coded_tile(tasks, slots, weight_scale, storage, alternations)
+    for tile, samples in _samples(character).items():
+        maps, weights[tile] = _coded_tile(samples, start[tile].copy(), storage, alternations)
         parts |= {(kind.name, tile): part for kind, part in maps.items()}
     return CompressedTextures("refined", character.expressions, character.maps, parts, weights, character.meshes)
 
 
+def _samples(character: Character) -> dict[int, dict[Map, Samples]]:
+    """The texels of every tile and map."""
+    factors = map_factors(character, {})
+    return {
+        tile: {
+            kind: weighted_samples(character.stacks[kind.name, tile], factors[kind.name], beside=BESIDE_THE_FACE)
+            for kind in character.maps
+        }
+        for tile in character.tiles
+    }
+
+
 def _coded_tile(
-    samples: dict[Map, Samples], slots: int, weight_scale: int, storage: Storage, alternations: int
+    samples: dict[Map, Samples], weights: NDArray[np.float32], storage: Storage, alternations: int
 ) -> tuple[dict[Map, Part], NDArray[np.float32]]:
-    """The maps of one tile, and the weight maps ``(N, h, w, R)`` that they share."""
+    """The maps of one tile, and the weight maps ``(N, h, w, R)`` that they share; ``weights`` are where it starts."""
     neutrals = {kind: storage.neutral(to_float(some.neutral), kind) for kind, some in samples.items()}
     samples = {kind: replace(some, neutral=_as_stored(neutrals[kind], some)) for kind, some in samples.items()}
-    weights = _mixed(fit_weights([*samples.values()], slots, weight_scale, SMOOTHNESS))
-    for slot in range(slots):
-        weights[:, slot] = storage.weights(weights[:, slot])
+    slots = weights.shape[1]
+    for group in storage.groups(slots):
+        weights[:, group] = _stored(weights[:, group], storage)
     textures = {kind: np.zeros((slots, *neutral.shape), np.float32) for kind, neutral in neutrals.items()}
     for _ in track(range(alternations), "Coding", alternations):
         for slot in reversed(range(slots)):
@@ -92,8 +118,9 @@ def _coded_part(part: Part, kind: Map, storage: Storage) -> Part:
 
 
 def _coded_afterwards(maps: NDArray[np.float32], storage: Storage) -> NDArray[np.float32]:
-    slots = [storage.weights(slot) for slot in maps.transpose(3, 1, 0, 2)]
-    return np.stack(slots).transpose(2, 1, 3, 0)
+    slots = maps.transpose(1, 0, 3, 2)
+    groups = [storage.coded_weights(slots[:, :, group]) for group in storage.groups(maps.shape[3])]
+    return np.concatenate(groups, axis=2).transpose(1, 0, 3, 2)
 
 
 def _mixed(weights: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -108,15 +135,21 @@ def _mixed(weights: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _coded_weights(system: WeightSystem, start: NDArray[np.float32], storage: Storage) -> NDArray[np.float32]:
-    """The weight maps ``(h, R, N, w)`` of a system, solved and stored slot after slot."""
+    """The weight maps ``(h, R, N, w)`` of a system, solved and stored image after image."""
     right, (weights, _) = system.right.copy(), solve_weights(system, start)
-    for slot in reversed(range(weights.shape[1])):
-        free = np.ascontiguousarray(system.matrix[:, : slot + 1, : slot + 1])
-        rest = WeightSystem(free, np.ascontiguousarray(right[:, : slot + 1]))
-        weights[:, : slot + 1], _ = solve_weights(rest, np.ascontiguousarray(weights[:, : slot + 1]))
-        weights[:, slot] = storage.weights(weights[:, slot])
-        right[:, :slot] -= _coupled(system.matrix[:, :slot, slot], weights[:, slot])
+    for group in reversed(storage.groups(weights.shape[1])):
+        free = np.ascontiguousarray(system.matrix[:, : group.stop, : group.stop])
+        rest = WeightSystem(free, np.ascontiguousarray(right[:, : group.stop]))
+        weights[:, : group.stop], _ = solve_weights(rest, np.ascontiguousarray(weights[:, : group.stop]))
+        weights[:, group] = _stored(weights[:, group], storage)
+        for slot in range(group.start, group.stop):
+            right[:, : group.start] -= _coupled(system.matrix[:, : group.start, slot], weights[:, slot])
     return weights
+
+
+def _stored(weights: NDArray[np.float32], storage: Storage) -> NDArray[np.float32]:
+    """What is left of the weight maps ``(h, R, N, w)`` of one group."""
+    return storage.coded_weights(weights.swapaxes(1, 2)).swapaxes(1, 2)
 
 
 def _coupled(matrix: NDArray[np.float32], maps: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -1,6 +1,8 @@
 """What is measured: error and bytes of one way to store all maps of a character on all its tiles."""
 
 from dataclasses import dataclass
+from functools import lru_cache
+from math import log10
 from time import perf_counter
 from typing import Any
 
@@ -12,11 +14,12 @@ from facezip.character.maps import Key
 from facezip.character.scans import Character
 from facezip.files.images import to_float
 from facezip.fit.choice import whole_error
-from facezip.fit.coded import coded_afterwards, fit_coded
+from facezip.fit.coded import Weights, coded_afterwards, fit_coded, start_coded
 from facezip.fit.methods import compress
 from facezip.fit.storage import Storage
 from facezip.pack.errors import Errors, model_errors, texture_errors
 from facezip.pack.footprint import Texture
+from facezip.pack.model import CompressedTextures
 
 
 @dataclass(frozen=True)
@@ -29,23 +32,28 @@ class Point:
     codec : of the textures, as ``"astc_8x8"``.
     bytes : of GPU memory, all maps and tiles, the neutral included.
     bytes_per_texel : the same over the texels of one expression, of all maps and tiles.
+    bits : the same a texel and channel of all expressions.
     fetches : textures that a shader reads for a pixel.
     rmse : 0..255, of what the GPU's decoder gives back, over all maps (:func:`facezip.fit.choice.whole_error`).
+    psnr : the same in dB; null where nothing is lost.
     errors : by map ``rmse``, or ``angular_error`` and ``angular_error_rms`` in degrees; means over expressions.
     seconds : of fitting and coding.
-    differences, weight_scale : of a pack.
+    differences, weight_scale, weights : of a pack; ``weights`` is the codec of its weight maps.
     """
 
     family: str
     codec: str
     bytes: int
     bytes_per_texel: float
+    bits: float
     fetches: int
     rmse: float
+    psnr: float | None
     errors: dict[str, dict[str, float]]
     seconds: float
     differences: int | None = None
     weight_scale: int | None = None
+    weights: str | None = None
 
 
 @dataclass(frozen=True)
@@ -66,7 +74,7 @@ class Textures:
         errors = texture_errors(character, coded)
         count = 1 + len(character.expressions)
         size = count * sum(storage.texture_bytes(Texture(*stack.neutral.shape)) for stack in character.stacks.values())
-        numbers = size, size / _texels(character), count * len(kinds), *_errors(errors)
+        numbers = size, *_shares(character, size), count * len(kinds), *_errors(errors)
         return Point(self.family, self.codec.name, *numbers, perf_counter() - begin)
 
 
@@ -83,26 +91,44 @@ class Pack:
 
     def measure(self, character: Character) -> Point:
         """Fit, code and decode."""
+        first, before = _first(character, self.method, self.differences, self.weight_scale, self.in_the_loop)
         begin = perf_counter()
-        if self.in_the_loop:
-            model = fit_coded(character, self.differences, self.weight_scale, self.storage)
+        if isinstance(first, CompressedTextures):
+            model = coded_afterwards(first, self.storage)
         else:
-            fit = compress(character, self.method, differences=self.differences, weight_scale=self.weight_scale)
-            model = coded_afterwards(fit, self.storage)
-        seconds, size, cost = perf_counter() - begin, self.storage.bytes_of(model), model.footprint
-        numbers = size, size / _texels(character), cost.fetches, *_errors(model_errors(character, model)), seconds
-        return Point(self.family, self.storage.textures.name, *numbers, cost.differences, self.weight_scale)
+            model = fit_coded(character, self.differences, self.weight_scale, self.storage, start=first)
+        seconds, size, cost = before + perf_counter() - begin, self.storage.bytes_of(model), model.footprint
+        numbers = size, *_shares(character, size), cost.fetches, *_errors(model_errors(character, model)), seconds
+        made = cost.differences, self.weight_scale, self.storage.weights.name
+        return Point(self.family, self.storage.textures.name, *numbers, *made)
 
 
-def _texels(character: Character) -> int:
-    """Of one expression."""
-    return sum(stack.resolution[0] * stack.resolution[1] for stack in character.stacks.values())
+@lru_cache(maxsize=1)
+def _first(
+    character: Character, method: str, differences: int, weight_scale: int, in_the_loop: bool
+) -> tuple[CompressedTextures | Weights, float]:
+    """What is alike for all codecs, a fit or the start of one, and the seconds that it took."""
+    begin = perf_counter()
+    if in_the_loop:
+        return start_coded(character, differences, weight_scale), perf_counter() - begin
+    fit = compress(character, method, differences=differences, weight_scale=weight_scale)
+    return fit, perf_counter() - begin
 
 
-def _errors(errors: Errors) -> tuple[float, dict[str, dict[str, Any]]]:
-    """The one number, and those of each map."""
+def _shares(character: Character, size: int) -> tuple[float, float]:
+    """Bytes a texel of one expression, and bits a texel and channel of all."""
+    texels = values = 0
+    for stack in character.stacks.values():
+        texels += stack.resolution[0] * stack.resolution[1]
+        values += stack.textures.size
+    return size / texels, 8 * size / values
+
+
+def _errors(errors: Errors) -> tuple[float, float | None, dict[str, dict[str, Any]]]:
+    """The one number, the same as PSNR, and those of each map."""
     by_map = {
         name: {key: value for key, value in found.items() if not key.endswith("_per_expression")}
         for name, found in errors.items()
     }
-    return whole_error(errors, {}), by_map
+    rmse = whole_error(errors, {})
+    return rmse, 20 * log10(255 / rmse) if rmse else None, by_map

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip.blocks.codecs import bc7, raw
+from facezip.blocks.codecs import bc4, bc7, raw
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.fit.choice import whole_error
 from facezip.fit.coded import coded_afterwards
@@ -26,14 +26,14 @@ HOSTILE = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)> {{ 7*7 }} &
 
 
 def point(family, size, error, **more):
-    return {"family": family, "codec": "raw", "bytes": 100 * size, "bytes_per_texel": size, "fetches": 6, "rmse": error,
-            "errors": {"albedo": {"rmse": error}}, "seconds": 1.0, "differences": 4,
-            "weight_scale": 8} | more  # fmt: skip
+    return {"family": family, "codec": "raw", "bytes": 100 * size, "bytes_per_texel": size, "bits": size, "fetches": 6,
+            "rmse": error, "psnr": 40.0, "errors": {"albedo": {"rmse": error}}, "seconds": 1.0, "differences": 4,
+            "weight_scale": 8, "weights": "bc4"} | more  # fmt: skip
 
 
 WAYS = [
     Textures("textures_astc", bc7()),
-    Pack("refined_astc", "refined", 2, 8, Storage(bc7(), weights_in_bc4=True), in_the_loop=True),
+    Pack("refined_astc", "refined", 2, 8, Storage(bc7(), bc4()), in_the_loop=True),
     Pack("refined_raw", "refined", 2, 8, RAW),
 ]
 
@@ -72,7 +72,7 @@ def test_every_texture_raw_costs_its_bytes_and_has_no_error():
 
 def test_a_coded_pack_costs_its_blocks():
     character = random_character(side=32)
-    measured = Pack("refined_bc7", "refined", 2, 8, Storage(bc7(), weights_in_bc4=True), in_the_loop=True)
+    measured = Pack("refined_bc", "refined", 2, 8, Storage(bc7(), bc4()), in_the_loop=True)
     # Three textures at a byte a texel, and for every expression and slot one block of eight bytes for 4 x 4 weights.
     weights = len(character.expressions) * 2 * 8 / 32**2
     assert measured.measure(character).bytes_per_texel == pytest.approx(3 + weights)
@@ -135,8 +135,35 @@ def test_the_comparison_never_costs_more_than_the_rival():
     points = [point("textures_astc", size, 3.0) for size in (1.0, 3.0, 9.0)]
     points += [point("refined_astc", size, error) for size, error in ((2.0, 2.0), (2.5, 2.5), (3.5, 0.5))]
     rows = compare(points)
-    assert [(row["rival"]["bytes_per_texel"], row["ours"]["rmse"]) for row in rows] == [(3.0, 2.0), (9.0, 0.5)]
-    assert in_use(rows) == rows[:1]
+    assert [row["rival"]["bytes_per_texel"] for row in rows] == [1.0, 3.0, 9.0]
+    assert rows[0]["ours"] is rows[0]["ratio"] is rows[0]["few"] is None
+    assert [row["ours"]["rmse"] for row in rows[1:]] == [2.0, 0.5]
+    assert [row["ratio"] for row in rows[1:]] == pytest.approx([2 / 3, 1 / 6])
+    assert in_use(rows) == rows[1:2]
+
+
+def test_packs_of_few_fetches_have_a_place_of_their_own():
+    points = [point("textures_astc", 3.0, 3.0)]
+    points += [point("refined_astc", 2.5, 2.0), point("refined_astc", 2.6, 1.0, differences=6, fetches=9)]
+    (row,) = compare(points)
+    assert (row["ours"]["fetches"], row["few"]["fetches"], row["few"]["rmse"]) == (9, 6, 2.0)
+    assert row["few_ratio"] == pytest.approx(2 / 3)
+
+
+def test_textures_are_compared_with_packs_of_the_same_devices():
+    points = [point("textures_astc", 5.0, 1.0), point("textures_bc", 5.0, 1.0)]
+    points += [point("refined_astc", 4.0, 0.5), point("refined_bc", 4.0, 0.7)]
+    pairs = {(row["rival"]["family"], row["ours"]["family"]) for row in compare(points)}
+    assert pairs == {("textures_astc", "refined_astc"), ("textures_bc", "refined_bc")}
+
+
+def test_bits_and_decibels_are_the_bytes_and_the_error():
+    character = random_character(side=32)
+    found = Textures("textures_bc", bc7()).measure(character)
+    count = len(character.expressions)
+    # A byte a texel of neutral and expressions, which have three channels.
+    assert found.bits == pytest.approx(8 * (1 + count) / (3 * count))
+    assert found.psnr == pytest.approx(20 * np.log10(255 / found.rmse))
 
 
 @pytest.mark.parametrize("character", [random_character(side=32), random_surface(side=32, tiles=(2, 1))])
