@@ -3,8 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from facezip.machine.kernels import inner, kernel
 
 Colours = NDArray[np.float64]
 
@@ -18,7 +19,7 @@ def to_lab(encoded: NDArray[np.float32]) -> Colours:
     return _to_lab(np.ascontiguousarray(encoded, np.float32), (_XYZ / _WHITE[:, None]).astype(np.float32))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _to_lab(encoded: NDArray[np.float32], matrix: NDArray[np.float32]) -> Colours:
     out = np.empty(encoded.shape)
     for i in range(len(encoded)):
@@ -32,7 +33,7 @@ def _to_lab(encoded: NDArray[np.float32], matrix: NDArray[np.float32]) -> Colour
     return out
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def linear(encoded: np.float32) -> np.float32:
     """The inverse of the sRGB transfer function on one value."""
     if encoded <= np.float32(0.04045):
@@ -40,7 +41,7 @@ def linear(encoded: np.float32) -> np.float32:
     return ((encoded + np.float32(0.055)) / np.float32(1.055)) ** np.float32(2.4)
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def lab_curve(t: np.float32) -> np.float32:
     """What CIELAB makes of a tristimulus value relative to white."""
     if t > np.float32((6 / 29) ** 3):
@@ -48,7 +49,7 @@ def lab_curve(t: np.float32) -> np.float32:
     return t * np.float32(841 / 108) + np.float32(4 / 29)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def delta_e_2000(a: Colours, b: Colours) -> Colours:
     """CIEDE2000 ``(n,)`` of CIELAB colours ``(n, 3)``, numbered as in Sharma, Wu and Dalal (2005)."""
     out = np.empty(len(a))
@@ -72,14 +73,14 @@ def delta_e_2000(a: Colours, b: Colours) -> Colours:
     return out
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _seventh(chroma: float) -> float:
     power = chroma * chroma * chroma
     power = power * power * chroma
     return power / (power + 6103515625.0)  # 25⁷
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _hue(b: float, a: float) -> float:
     if a == 0 and b == 0:
         return 0.0
@@ -87,7 +88,7 @@ def _hue(b: float, a: float) -> float:
     return angle + 2 * math.pi if angle < 0 else angle
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _hues(a: float, b: float, grey: bool) -> tuple[float, float]:
     """The turn from one hue to the other and the hue between them; a grey has no hue."""
     if grey:

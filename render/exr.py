@@ -51,7 +51,7 @@ def read_conditions(path: Path) -> dict[str, str]:
     """The text attributes that :func:`write_exr` stored with its first part; raises as :func:`read_exr` does."""
     import OpenEXR
 
-    with _readable(path), OpenEXR.File(str(path)) as file:
+    with _readable(path), OpenEXR.File(str(path), header_only=True) as file:
         return {key: value for key, value in file.parts[0].header.items() if isinstance(value, str) and key != "name"}
 
 

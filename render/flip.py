@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from facezip.machine.kernels import kernel
 from render.colour import lab_curve, linear
 
 # Pixels per degree: a 0.7 m wide 4K display seen from 0.7 m, the FLIP authors' default.
@@ -111,24 +111,27 @@ def _blur(image: Map, row_taps: Map, column_taps: Map) -> Map:
     return _along_columns(_along_rows(image, row_taps), column_taps)
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
+@kernel(fastmath={"contract", "reassoc"})
 def _along_rows(image: Map, taps: Map) -> Map:
     height, width = image.shape
     radius = len(taps) // 2
     padded = np.empty(width + 2 * radius, np.float32)
     out = np.empty((height, width), np.float32)
     for y in range(height):
-        padded[:radius], padded[radius : radius + width], padded[radius + width :] = image[y, 0], image[y], image[y, -1]
+        # Not by slices: their check of shapes takes longer to compile than all else here.
+        for x in range(len(padded)):
+            padded[x] = image[y, min(max(x - radius, 0), width - 1)]
         line = np.zeros(width, np.float32)
         for t in range(len(taps)):
             tap = taps[t]
             for x in range(width):
                 line[x] += tap * padded[x + t]
-        out[y] = line
+        for x in range(width):
+            out[y, x] = line[x]
     return out
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
+@kernel(fastmath={"contract", "reassoc"})
 def _along_columns(image: Map, taps: Map) -> Map:
     height, width = image.shape
     radius = len(taps) // 2
@@ -139,11 +142,12 @@ def _along_columns(image: Map, taps: Map) -> Map:
             source, tap = image[min(max(y + t - radius, 0), height - 1)], taps[t]
             for x in range(width):
                 line[x] += tap * source[x]
-        out[y] = line
+        for x in range(width):
+            out[y, x] = line[x]
     return out
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _opponent(encoded: Map, to: Map) -> Map:
     """sRGB to the linear opponent space YCxCz, ``(3, h, w)``."""
     height, width, _ = encoded.shape
@@ -160,7 +164,7 @@ def _opponent(encoded: Map, to: Map) -> Map:
     return out
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _hunt(luma: Map, red_green: Map, yellow_blue: Map, to: Map, back: Map) -> Map:
     """YCxCz, clipped to what a display has, as CIELAB with the Hunt effect: colours count less in the dark."""
     height, width = luma.shape
@@ -183,7 +187,7 @@ def _hunt(luma: Map, red_green: Map, yellow_blue: Map, to: Map, back: Map) -> Ma
     return out
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _combine(
     lab_a: Map, lab_b: Map, edges_a: Map, edges_b: Map, points_a: Map, points_b: Map, largest: np.float32
 ) -> Map:

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from facezip.machine.kernels import inner, kernel
 from facezip.machine.rows import map_rows
 from render.paired import PairedRenderer, Paths
 from render.skins import Skin
@@ -131,7 +131,7 @@ def _matrix(
 _Entries = tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.float32]]
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _merge_taps(
     uv: NDArray[np.float32],
     head: NDArray[np.bool_],
@@ -166,7 +166,7 @@ def _merge_taps(
     return lengths, texels[:end].copy(), shares[:end].copy()
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inner(inline="always")
 def _look_up(
     uv: NDArray[np.float32],
     diffuse: NDArray[np.float32],

@@ -7,7 +7,7 @@ of the affine function albedo · diffuse + specular serve all.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 
 from facezip.character.maps import ALBEDO
 from facezip.files.obj import Topology
+from render.bounces import further_light, random_numbers
 from render.lighting import Lights
 from render.llvm import start
 from render.mesh import HeadMesh
+from render.points import Points, place
 from render.shading import SHADINGS, Finish
 from render.skins import Skin
 from render.slopes import slopes
@@ -94,15 +96,12 @@ class PairedRenderer:
         start()
         import mitsuba as mi
 
-        between = MATERIALS[material](grey(0.5))
-        self._frame, self.resolution, self._points = frame, resolution, TRANSPORTS[transport]
-        self._head = HeadMesh(topology, between)
+        self._frame, self.resolution, self._most = frame, resolution, TRANSPORTS[transport]
+        self._head = HeadMesh(topology, MATERIALS[material](grey(0.5)))
         self._scene = mi.load_dict({"type": "scene", "head": self._head.shape})
         self._parameters = mi.traverse(self._scene)
         self._lights = {rig: Lights(rig, frame) for rig in rigs}
-        self._shading = SHADINGS[material]
-        # Paths that all skins share bounce off grey.
-        self._grey = mi.load_dict(between)
+        self._points = Points(self._scene, SHADINGS[material])
         self._cameras: dict[View, Any] = {}
         self._vertices = np.zeros((0, 3), np.float32)
 
@@ -116,13 +115,10 @@ class PairedRenderer:
 
         The same seed gives the same bits, whatever K, the other skins, and the number of threads.
         """
-        import drjit as dr
-
         window, sampler = self._sampler(view, spp, seed)
         count = sampler.sample_count()
-        radiance, covered = self._shade(rig, self._camera(view), sampler, window, skins)
-        # Summed in fixed order; the samples have to be in memory before, or each sum traces them again.
-        dr.eval(radiance, covered)
+        # In memory, or each of the sums, which are in fixed order, traces them again.
+        radiance, covered = self._shade(self._lights[rig], self._camera(view), sampler, window, skins, seed)
         means = [[self._mean(channel, count, window) for channel in colour] for colour in radiance]
         return Images(np.moveaxis(np.array(means), 1, 3), self._mean(covered, count, window))
 
@@ -136,33 +132,37 @@ class PairedRenderer:
         ValueError
             For a renderer of full light transport, whose images are no affine function of the albedo.
         """
+        import drjit as dr
         import mitsuba as mi
 
-        if self._points != 1:
+        if self._most != 1:
             raise ValueError("only direct light is affine in the albedo")
         window, sampler = self._sampler(view, spp, seed)
-        ray = self._rays(self._camera(view), sampler.next_2d(), window, sampler.sample_count())
-        surface = self._scene.ray_intersect(ray, int(mi.RayFlags.All), True)
+        offset = sampler.next_2d()
+        pixel = dr.arange(mi.UInt32, dr.width(offset)) // sampler.sample_count()
+        surface = self._points.met(self._rays(self._camera(view), offset, window, pixel), True, True)
         head = surface.is_valid()
         direction, arriving = self._lights[rig].sample(self._scene, surface, sampler.next_2d(head), head)
-        outgoing, finish = surface.to_local(direction), skin.finish(*_place(surface), head)
+        outgoing, finish = surface.to_local(direction), skin.finish(*place(surface), head)
         colour = skin.colour(surface.uv, head)
 
         def radiance(finish: Finish) -> Any:
-            diffuse, specular = self._shaded(surface, outgoing, finish)
+            diffuse, specular = self._points.shaded(surface, outgoing, finish)
             return (colour * diffuse + specular) * arriving
 
-        diffuse, specular = self._shaded(surface, outgoing, finish)
+        diffuse, specular = self._points.shaded(surface, outgoing, finish)
         changes = slopes(finish, [name for name in skin.textures if name != ALBEDO], radiance)
         light = diffuse * arriving, specular * arriving
         return Paths(window, sampler.sample_count(), head, surface.uv, *light, changes)
 
     def triangles(self, view: View) -> NDArray[np.int32]:
         """The triangle ``(H, W)`` under the centre of each pixel of the posed head, -1 beside it."""
+        import drjit as dr
         import mitsuba as mi
 
         side = self.resolution
-        ray = self._rays(self._camera(view), mi.Point2f(0.5), (0, 0, side, side), 1)
+        pixel = dr.arange(mi.UInt32, side * side)
+        ray = self._rays(self._camera(view), mi.Point2f(0.5), (0, 0, side, side), pixel)
         hit = self._scene.ray_intersect_preliminary(ray, True)
         seen: NDArray[np.int32] = np.where(hit.is_valid(), hit.prim_index, -1).astype(np.int32).reshape(side, side)
         return seen
@@ -193,63 +193,37 @@ class PairedRenderer:
         return self._cameras[view]
 
     def _shade(
-        self, rig: str, sensor: Any, sampler: Any, window: Window, skins: Sequence[Skin]
+        self, lights: Lights, sensor: Any, sampler: Any, window: Window, skins: Sequence[Skin], seed: int
     ) -> tuple[list[Any], Any]:
-        """Radiance of every sample with every skin, and whether the sample sees the head."""
+        """Radiance of every sample with every skin, and whether the sample sees the head, in memory."""
         import drjit as dr
         import mitsuba as mi
 
-        ray = self._rays(sensor, sampler.next_2d(), window, sampler.sample_count())
-        radiance, throughput = [mi.Color3f(0.0) for _ in skins], [mi.Color3f(1.0) for _ in skins]
-        active, covered = mi.Bool(True), mi.Float(0.0)
-        for point in range(self._points):
-            surface = self._scene.ray_intersect(ray, int(mi.RayFlags.All), point == 0, active)
-            active = active & surface.is_valid()
-            if point == 0:
-                covered = dr.select(active, 1.0, 0.0)
-            respond = self._response(surface, skins, active)
-            direction, arriving = self._lights[rig].sample(self._scene, surface, sampler.next_2d(active), active)
-            for k, reflected in enumerate(respond(surface.to_local(direction), arriving)):
-                radiance[k] += dr.select(active, throughput[k] * reflected, 0.0)
-            if point + 1 == self._points:
-                break
-            numbers = sampler.next_1d(active), sampler.next_2d(active)
-            bounce, _ = self._grey.sample(mi.BSDFContext(), surface, *numbers, active)
-            active = active & (bounce.pdf > 0)
-            passed = respond(bounce.wo, dr.rcp(bounce.pdf))
-            throughput = [t * part for t, part in zip(throughput, passed, strict=True)]
-            ray = surface.spawn_ray(surface.to_world(bounce.wo))
+        count, offset = sampler.sample_count(), sampler.next_2d()
+        lanes = dr.arange(mi.UInt32, dr.width(offset))
+        surface = self._points.met(self._rays(sensor, offset, window, lanes // count), True, True)
+        radiance = self._points.lit(surface, lights, sampler.next_2d(), skins)
+        covered = dr.select(surface.is_valid(), 1.0, 0.0)
+        if self._most == 1:
+            dr.eval(radiance, covered)
+            return radiance, covered
+        _, density, onward = self._points.leaving(surface, random_numbers(lanes, seed))
+        again = self._points.meets(onward, surface.is_valid() & (density > 0))
+        dr.eval(radiance, covered, offset, again)
+        kept = dr.compress(again)
+        if dr.width(kept):
+            ray = self._rays(sensor, dr.gather(mi.Point2f, offset, kept), window, kept // count)
+            further = further_light(self._points, kept, ray, skins, lights, self._most, seed)
+            for total, light in zip(radiance, further, strict=True):
+                dr.scatter_reduce(dr.ReduceOp.Add, total, light, kept, mode=dr.ReduceMode.NoConflicts)
+            dr.eval(radiance)
         return radiance, covered
 
-    def _response(self, surface: Any, skins: Sequence[Skin], active: Any) -> Callable[[Any, Any], list[Any]]:
-        """What each skin makes of light along a local direction."""
-        uv, handed = _place(surface)
-        points = [(skin.colour(uv, active), skin.finish(uv, handed, active)) for skin in skins]
-
-        def respond(outgoing: Any, light: Any) -> list[Any]:
-            found = []
-            for colour, finish in points:
-                diffuse, specular = self._shaded(surface, outgoing, finish)
-                found.append((colour * diffuse + specular) * light)
-            return found
-
-        return respond
-
-    def _shaded(self, surface: Any, outgoing: Any, finish: Finish) -> tuple[Any, Any]:
-        """The two parts of the BSDF, alike on both sides of the mesh."""
-        import drjit as dr
+    def _rays(self, sensor: Any, offset: Any, window: Window, pixel: Any) -> Any:
+        """A camera ray through each of these pixels of a window, at ``offset`` in [0, 1]² within it."""
         import mitsuba as mi
 
-        eye, light = (mi.Vector3f(to.x, to.y, dr.mulsign(to.z, surface.wi.z)) for to in (surface.wi, outgoing))
-        return self._shading(eye, light, finish)
-
-    def _rays(self, sensor: Any, offset: Any, window: Window, count: int) -> Any:
-        """``count`` camera rays for each pixel of a window, at ``offset`` in [0, 1]² within it."""
-        import drjit as dr
-        import mitsuba as mi
-
-        left, top, width, height = window
-        pixel = dr.arange(mi.UInt32, width * height * count) // count
+        left, top, width, _ = window
         corner = mi.Point2f(mi.Float(pixel % width + left), mi.Float(pixel // width + top))
         ray, _ = sensor.sample_ray(0.0, 0.5, (corner + offset) / self.resolution, mi.Point2f(0.5))
         return ray
@@ -259,12 +233,3 @@ def stratified(spp: int) -> int:
     """The number of samples, at least ``spp``, that the sampler takes: strata that tile a pixel's square."""
     rows = math.isqrt(spp)
     return rows * -(-spp // rows)
-
-
-def _place(surface: Any) -> tuple[Any, Any]:
-    """Where in the maps a point is, and whether the chart is mirrored there: -1, else 1."""
-    import drjit as dr
-
-    # v of the mesh in the scene runs down, so that u × v points inwards where the chart is not mirrored.
-    inwards = dr.dot(dr.cross(surface.dp_du, surface.dp_dv), surface.n)
-    return surface.uv, dr.select(inwards > 0, -1.0, 1.0)

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, uniform_filter
 
@@ -23,6 +22,7 @@ from facezip.character.features import Feature
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character, Stack
 from facezip.machine.cores import cores
+from facezip.machine.kernels import inner, kernel
 from facezip.machine.progress import track
 from facezip.machine.rows import by_rows
 
@@ -272,7 +272,7 @@ def _reduced(texels: NDArray[Any], factor: int) -> NDArray[np.float32]:
     return by_rows(lambda rows: _means(texels[rows.start * factor : rows.stop * factor], factor), shape, np.float32)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _means(texels: NDArray[np.uint8], factor: int) -> NDArray[np.float32]:
     height, width, channels = texels.shape
     out = np.empty((height // factor, width // factor), np.float32)
@@ -297,7 +297,7 @@ def _cells(weight: NDArray[np.float32]) -> NDArray[np.float32]:
     return (cells / np.maximum(counts, 1)).astype(np.float32)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _normal_equations(
     still: Still,
     other: NDArray[np.float32],
@@ -330,7 +330,7 @@ def _normal_equations(
             cell[6] += trust
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inner(inline="always")
 def bilinear(image: NDArray[np.float32], x: float, y: float) -> float:
     """The value of ``(H, W)`` at a place in texels, clamped to the edge."""
     x = min(max(x, 0.0), image.shape[1] - 1.0)

@@ -10,9 +10,10 @@ upside down or mirrored is so.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
+
+from facezip.machine.kernels import inner, kernel
 
 # Textures are reduced to at most so many texels a side, and smaller ones than that say nothing.
 SIDE, SMALLEST = 256, 64
@@ -110,7 +111,7 @@ def _correlation(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
     return float(np.vdot(one, other) / max(float(np.sqrt(np.vdot(one, one) * np.vdot(other, other))), 1e-12))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _matched(
     still: NDArray[np.float32],
     moved: NDArray[np.float32],
@@ -147,7 +148,7 @@ def _matched(
                         cell[1], cell[2], cell[3] = fit, across, down
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inner(error_model="numpy", inline="always")
 def _correlated(
     still: NDArray[np.float32],
     moved: NDArray[np.float32],

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from facezip.files.obj import Topology
 from facezip.machine import memory
+from facezip.machine.kernels import kernel
 from facezip.machine.rows import by_rows, map_rows
 
 # What SciPy holds of each texel to find the nearest ones of a chart, whatever the limit of memory: whether it is beside
@@ -90,7 +90,7 @@ def _rows(
     return face, barycentric
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _rasterise(
     top: int,
     pixels: NDArray[np.float64],

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
@@ -11,6 +10,7 @@ from facezip.character.alignment import Alignment, Alignments, bilinear
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
 from facezip.files.images import Texels
+from facezip.machine.kernels import inner, kernel
 from facezip.machine.progress import track
 from facezip.machine.rows import by_rows, map_rows
 
@@ -72,7 +72,7 @@ def _moved(texture: Texels, displacement: NDArray[np.float32], most: float) -> T
     return out
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _read_at(
     top: int,
     bottom: int,
@@ -104,7 +104,7 @@ def _read_at(
                 out[y, x, c] = min(max(total, 0.0), most) + rounding
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _cubic(t: float, out: NDArray[np.float64]) -> None:
     """Weights of the four texels around a place."""
     out[0] = t * (-0.5 + t * (1.0 - 0.5 * t))

@@ -3,11 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from facezip.character.scans import Stack
 from facezip.machine import memory
+from facezip.machine.kernels import kernel
 from facezip.machine.rows import map_rows
 
 # Texels a side of a cell; those at the right and lower border may be smaller.
@@ -49,7 +49,7 @@ def cells_of(stack: Stack) -> Cells:
     return found
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _gather(
     top: int,
     bottom: int,

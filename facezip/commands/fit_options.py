@@ -10,7 +10,7 @@ from facezip.cleaning.steps import STEPS
 from facezip.commands import options
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.fit.pipeline import Request
-from facezip.fit.settings import USED, Settings
+from facezip.fit.settings import EFFORTS, USED, Settings
 
 # Methods that hold nothing as large as a texture.
 STREAMED = ("refined", "pca", "masks")
@@ -51,6 +51,10 @@ def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--method", type=choice, default=Request.method, show_default=True, help="How to fit."),
         _setting("differences", "R", "How many difference textures each map gets."),
         _setting("weight_scale", "S", "Make weight maps 1/S as wide as the textures."),
+        click.option(
+            "--effort", type=click.Choice(EFFORTS), default=Settings.effort, show_default=True, help="How long to fit: "
+            "fast is two thirds of the default's time, best several times as long (refined).",
+        ),
         click.option(
             "--target-rmse", type=float, metavar="X", help="Choose R and S: the least memory with at most this RMSE."
         ),
@@ -111,6 +115,8 @@ def check_together(names: set[str], given: Mapping[str, Any]) -> None:
         raise click.UsageError("--target-rmse and --budget-mb choose among free weights: leave --nonnegative out")
     if given["sparse"] is not None and (choosing or method != "refined"):
         raise click.UsageError("--sparse needs --method refined, and neither --target-rmse nor --budget-mb")
+    if "effort" in names and (choosing or method != "refined"):
+        raise click.UsageError("--effort needs --method refined, and neither --target-rmse nor --budget-mb")
     if method != "refined" and choosing:
         raise click.UsageError("--target-rmse and --budget-mb need --method refined")
     if method not in ("refined", "masks") and given["importance"]:

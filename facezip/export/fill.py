@@ -3,10 +3,10 @@
 from typing import Any, TypeVar
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from facezip.machine import memory
+from facezip.machine.kernels import kernel
 from facezip.machine.rows import BLOCK, by_rows, map_rows
 
 Kind = TypeVar("Kind", bound=np.generic)
@@ -54,7 +54,7 @@ def _nearest(covered: NDArray[np.bool_]) -> NDArray[np.int32]:
     return above
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _downwards(top: int, covered: NDArray[np.bool_], last: NDArray[np.int32], nearest: NDArray[np.int32]) -> None:
     """In every column, the last covered row so far."""
     for y in range(len(covered)):
@@ -64,7 +64,7 @@ def _downwards(top: int, covered: NDArray[np.bool_], last: NDArray[np.int32], ne
             nearest[y, x] = last[x]
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _upwards(top: int, covered: NDArray[np.bool_], last: NDArray[np.int32], nearest: NDArray[np.int32]) -> None:
     """In every column, the nearer one of the last covered row and the next."""
     for y in range(len(covered) - 1, -1, -1):
@@ -76,7 +76,7 @@ def _upwards(top: int, covered: NDArray[np.bool_], last: NDArray[np.int32], near
                 nearest[y, x] = last[x]
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _across(top: int, nearest: NDArray[np.int32]) -> None:
     """From the nearest covered row of every column to the nearest texel, along each row."""
     height, width = nearest.shape

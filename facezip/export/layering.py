@@ -11,7 +11,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from facezip.character.maps import Map, angles
@@ -19,6 +18,7 @@ from facezip.export.fill import Fill
 from facezip.export.measured import measure_of
 from facezip.export.mixing import Rule, limits, mixed_of, sampled, stored_of, unmixed
 from facezip.machine import memory
+from facezip.machine.kernels import kernel
 from facezip.machine.progress import track
 from facezip.machine.rows import BLOCK, by_rows, each_block
 from facezip.pack.model import Part, blended_rows
@@ -161,7 +161,7 @@ def _errors(
     return means if kind.is_normal else np.sqrt(means), blocks[:, 2].max(axis=0)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _solve(
     matrix: NDArray[np.float32],
     right: NDArray[np.float32],

@@ -6,8 +6,9 @@ Whatever is unusual in the least is left to :mod:`facezip.files.objlines`, which
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from facezip.machine.kernels import inner, kernel
 
 MAX_COORDINATE = 1e30
 # Bytes that are looked at together: few enough that their memory is used again.
@@ -32,8 +33,6 @@ _DOUBT = 1e-15
 _NORMALS = 2**40
 # Columns of ``Lists.counts``.
 VERTICES, UVS, CORNERS, FACES = range(4)
-# Of a function that only compiled code calls.
-_inner = njit(nogil=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 class Lists(NamedTuple):
@@ -78,7 +77,7 @@ def occurrences(text: bytes | bytearray, byte: bytes) -> int:
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def read_plain_lines(text: NDArray[np.uint8], at: int, lists: Lists) -> int:
     """Read lines of ``text``, which ends in a line end, from ``at`` on; where the first begins that is not plain."""
     vertices, uv, corners, faces, counts, numbers = lists
@@ -99,14 +98,14 @@ def read_plain_lines(text: NDArray[np.uint8], at: int, lists: Lists) -> int:
     return at
 
 
-@_inner
+@inner()
 def _skip_remark(text: NDArray[np.uint8], at: int) -> int:
     while _KINDS[text[at]] != _LINE_END:
         at += 1
     return -1 if text[at - 1] == _BACKSLASH else at
 
 
-@_inner
+@inner()
 def _read_numbers(
     text: NDArray[np.uint8],
     at: int,
@@ -149,7 +148,7 @@ def _read_numbers(
     return at
 
 
-@_inner
+@inner()
 def _number(text: NDArray[np.uint8], at: int) -> tuple[float, int]:
     """The decimal number at ``at``, and where it ends; -1 where it is none, or might round to another float32."""
     negative = text[at] == _MINUS
@@ -175,7 +174,7 @@ def _number(text: NDArray[np.uint8], at: int) -> tuple[float, int]:
     return -value if negative else value, at if certain and value < MAX_COORDINATE else -1
 
 
-@_inner
+@inner()
 def _digits(text: NDArray[np.uint8], at: int, value: int) -> tuple[int, int, int]:
     """``value`` with the digits at ``at`` behind it, where they end, and how many of them it did not hold any more."""
     left_out = 0
@@ -190,7 +189,7 @@ def _digits(text: NDArray[np.uint8], at: int, value: int) -> tuple[int, int, int
     return value, at, left_out
 
 
-@_inner
+@inner()
 def _read_face(
     text: NDArray[np.uint8],
     at: int,
@@ -232,7 +231,7 @@ def _read_face(
     return at
 
 
-@_inner
+@inner()
 def _index(text: NDArray[np.uint8], at: int, count: int) -> tuple[int, int]:
     """The index at ``at``, from 0, in a list of ``count`` so far; and where it ends, or -1."""
     backwards = text[at] == _MINUS
@@ -248,7 +247,7 @@ def _index(text: NDArray[np.uint8], at: int, count: int) -> tuple[int, int]:
     return count - value if backwards else value - 1, at
 
 
-@_inner
+@inner()
 def _skip_blanks(text: NDArray[np.uint8], at: int) -> int:
     while _KINDS[text[at]] == _BLANK:
         at += 1

@@ -15,11 +15,11 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from facezip.fit.weights import WeightSystem
 from facezip.machine import memory
+from facezip.machine.kernels import inner, kernel
 from facezip.machine.rows import BLOCK, by_rows, map_rows
 from facezip.pack.masked import STEP
 
@@ -130,7 +130,7 @@ def _active(masks: NDArray[np.float32]) -> _Active:
     return _Active(first, which, value)
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@kernel(fastmath={"contract"})
 def _project(
     begin: int,
     end: int,
@@ -160,7 +160,7 @@ def _project(
                             products[k, i, n] += masks[k, y, x] * right[y, i, n, x]
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@inner(fastmath={"contract"})
 def _couple(
     k: int, y: int, x: int, matrix: NDArray[np.float32], masks: NDArray[np.float32], out: NDArray[np.float64]
 ) -> bool:
@@ -180,7 +180,7 @@ def _couple(
     return found
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
+@kernel(fastmath={"contract"}, error_model="numpy")
 def _descend(
     begin: int,
     end: int,

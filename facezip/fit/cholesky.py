@@ -1,107 +1,91 @@
-"""The textures of a run of texels: a system of R equations a texel, by Cholesky's factorisation.
+"""The textures of a strip of texels: a system of R equations a texel, by Cholesky's factorisation.
 
 For every texel ``(Σ_n w_n w_nᵀ + ρ 1) D = Σ_n w_n d_n`` with w_n the R weights and d_n the difference of expression n.
-Arrays are ``(…, RUN)``, one texel of the run beside the other (:mod:`facezip.pack.sampling`).
+Weights and differences lie one below the other in ``rows`` ``(K, N, LANES)``, K = R + C or :data:`ABREAST` at least, so
+that all these sums are products of two rows. They go to ``normal`` ``(R, K, LANES)``: the matrix, then the right sides,
+both of which are turned in place into the upper factor U and the textures.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from facezip.machine.kernels import inner
+from facezip.machine.vectors import (
+    ABREAST,
+    LANES,
+    all_of,
+    load,
+    minus_product,
+    plus,
+    plus_product,
+    reciprocal_root,
+    store,
+    times,
+)
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def factor_run(
-    weight: NDArray[np.float32],
-    differences: NDArray[np.float32],
-    ridge: np.float32,
-    run: int,
-    factor: NDArray[np.float32],
-    out: NDArray[np.float32],
-) -> None:
-    """Every texel's factor L, and L⁻¹ Σ_n w_n d_n, which :func:`substitute_run` turns into textures.
+
+@inner()
+def factor_strip(rows: NDArray[np.float32], count: int, ridge: np.float32, normal: NDArray[np.float32]) -> None:
+    """Every texel's factor U, the reciprocals of its diagonal in their place, and U⁻ᵀ Σ_n w_n d_n beside it.
 
     Parameters
     ----------
-    weight : ``(R, N, RUN)``.
-    differences : ``(C, N, RUN)``.
+    rows : ``(K, N, LANES)``.
+    count : N; there may be more rows.
     ridge : ρ > 0.
-    run : how many texels there are.
-    factor : ``(R, R, RUN)``, where L goes, with the reciprocals of its diagonal in their place.
-    out : ``(R, C, RUN)``, where L⁻¹ Σ_n w_n d_n goes.
+    normal : ``(R, K, LANES)``, for the result; :func:`substitute` turns the right sides into textures.
     """
-    slots = len(weight)
+    slots, all_rows, _ = normal.shape
     for i in range(slots):
-        for j in range(i + 1):
-            _dot(weight, i, weight, j, run, factor)
-        for x in range(run):
-            factor[i, i, x] += ridge
-        for c in range(len(differences)):
-            _dot(weight, i, differences, c, run, out)
+        for j in range(i, all_rows, ABREAST):
+            _dots(rows, i, min(j, all_rows - ABREAST), count, normal)
     for i in range(slots):
-        _eliminate(i, ridge, run, factor, out)
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def substitute_run(i: int, factor: NDArray[np.float32], run: int, out: NDArray[np.float32]) -> None:
-    """The best texture ``out[i]`` given those of all k > i, the rest of them free: a step of back substitution."""
-    for c in range(out.shape[1]):
-        for k in range(i + 1, len(out)):
-            _subtract(factor[k, i], out[k, c], run, out[i, c])
-        _scale(factor[i, i], run, out[i, c])
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
-def _eliminate(i: int, ridge: np.float32, run: int, factor: NDArray[np.float32], out: NDArray[np.float32]) -> None:
-    """Row i of the Cholesky factor in place, with the reciprocal on its diagonal, and forward substitution."""
-    diagonal = factor[i, i]
-    for j in range(i):
-        for k in range(j):
-            _subtract(factor[i, k], factor[j, k], run, factor[i, j])
-        _scale(factor[j, j], run, factor[i, j])
-        _subtract(factor[i, j], factor[i, j], run, diagonal)
-    for x in range(run):
-        diagonal[x] = np.float32(1) / np.sqrt(max(diagonal[x], ridge))
-    for c in range(out.shape[1]):
+        own = i * all_rows * LANES
+        store(normal, own + i * LANES, plus(load(normal, own + i * LANES), all_of(ridge)))
         for k in range(i):
-            _subtract(factor[i, k], out[k, c], run, out[i, c])
-        _scale(diagonal, run, out[i, c])
+            other = k * all_rows * LANES
+            factor = load(normal, other + i * LANES)
+            for j in range(i * LANES, all_rows * LANES, LANES):
+                store(normal, own + j, minus_product(load(normal, own + j), factor, load(normal, other + j)))
+        root = reciprocal_root(load(normal, own + i * LANES), all_of(ridge))
+        store(normal, own + i * LANES, root)
+        for j in range((i + 1) * LANES, all_rows * LANES, LANES):
+            store(normal, own + j, times(root, load(normal, own + j)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def round_run(step: np.float32, run: int, values: NDArray[np.float32]) -> None:
+@inner()
+def _dots(rows: NDArray[np.float32], i: int, j: int, count: int, normal: NDArray[np.float32]) -> None:
+    """Products of row i with four rows from j on: ``normal[i, j] = Σ_n rows[i, n] rows[j, n]``."""
+    first = second = third = fourth = all_of(np.float32(0))
+    apart = rows.shape[1] * LANES
+    for n in range(0, count * LANES, LANES):
+        value, beside = load(rows, i * apart + n), j * apart + n
+        first = plus_product(first, value, load(rows, beside))
+        second = plus_product(second, value, load(rows, beside + apart))
+        third = plus_product(third, value, load(rows, beside + 2 * apart))
+        fourth = plus_product(fourth, value, load(rows, beside + 3 * apart))
+    there = (i * normal.shape[1] + j) * LANES
+    store(normal, there, first)
+    store(normal, there + LANES, second)
+    store(normal, there + 2 * LANES, third)
+    store(normal, there + 3 * LANES, fourth)
+
+
+@inner()
+def substitute(i: int, channels: int, normal: NDArray[np.float32]) -> None:
+    """The best texture ``normal[i, R:]`` given those of all k > i, the others free: a step of back substitution."""
+    slots, all_rows, _ = normal.shape
+    own = i * all_rows
+    for c in range(slots, slots + channels):
+        value = load(normal, (own + c) * LANES)
+        for k in range(i + 1, slots):
+            value = minus_product(value, load(normal, (own + k) * LANES), load(normal, (k * all_rows + c) * LANES))
+        store(normal, (own + c) * LANES, times(value, load(normal, (own + i) * LANES)))
+
+
+@inner(error_model="numpy")
+def round_strip(step: np.float32, values: NDArray[np.float32]) -> None:
     """Round to multiples of ``step`` within ±127 of them."""
     per_step = np.float32(1) / step
-    for x in range(run):
+    for x in range(len(values)):
         values[x] = step * min(max(np.rint(values[x] * per_step), np.float32(-127)), np.float32(127))
-
-
-@njit(cache=True, nogil=True)
-def _scale(factors: NDArray[np.float32], run: int, values: NDArray[np.float32]) -> None:
-    for x in range(run):
-        values[x] *= factors[x]
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def _dot(a: NDArray[np.float32], i: int, b: NDArray[np.float32], j: int, run: int, out: NDArray[np.float32]) -> None:
-    """``out[i, j, x] = Σ_n a[i, n, x] b[j, n, x]``, four terms at a time: the sum is read and written less often."""
-    count = a.shape[1]
-    whole = count - count % 4
-    for x in range(run):
-        out[i, j, x] = 0
-    for n in range(0, whole, 4):
-        for x in range(run):
-            out[i, j, x] += (
-                a[i, n, x] * b[j, n, x]
-                + a[i, n + 1, x] * b[j, n + 1, x]
-                + a[i, n + 2, x] * b[j, n + 2, x]
-                + a[i, n + 3, x] * b[j, n + 3, x]
-            )
-    for n in range(whole, count):
-        for x in range(run):
-            out[i, j, x] += a[i, n, x] * b[j, n, x]
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def _subtract(a: NDArray[np.float32], b: NDArray[np.float32], run: int, out: NDArray[np.float32]) -> None:
-    for x in range(run):
-        out[x] -= a[x] * b[x]

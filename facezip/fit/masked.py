@@ -34,7 +34,7 @@ def fit_activations(
     components : ``(N, R)`` uniform weights to start from.
     bounds : of the activations.
     """
-    count = alternations(max(maps[0].importance.size for maps in tiles.values()))
+    count = alternations(max(maps[0].importance.size for maps in tiles.values()), "fast")
     activations = _alternated(tiles, masks, _start(components, bounds), bounds, track(range(count), "Refining", count))
     if bounds.nonnegative:
         # Where one mask acts alone, its layers have a size of their own. At 1 each is a whole texture, I0 + D_i.

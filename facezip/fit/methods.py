@@ -54,6 +54,7 @@ def compress(
     seed: int = 0,
     nonnegative: bool = False,
     sparse: int | None = None,
+    effort: str = "default",
     given_masks: GivenMasks | None = None,
     locks: Sequence[Lock] = (),
     painted: Sequence[Painted] = (),
@@ -68,7 +69,8 @@ def compress(
     character : neutral and expressions.
     method : ``"refined"``, ``"paper"``, ``"paper-optimised"`` (with our search of the permutation),
         ``"paper-unpermuted"`` (its ablation), ``"pca"``, or ``"masks"`` (weight maps that are sums of fixed masks).
-    differences, weight_scale, masks, restarts, seed, nonnegative, sparse : see :class:`facezip.fit.settings.Settings`.
+    differences, weight_scale, masks, restarts, seed, nonnegative, sparse, effort : see
+        :class:`facezip.fit.settings.Settings`.
     given_masks : those of the method ``"masks"``; None for ``masks`` of the paper's.
     locks : difference textures that stay as they are (refined).
     painted : weight maps that stay as they are (refined, not sparse).
@@ -87,7 +89,7 @@ def compress(
         ``SIZE_MISMATCH`` or ``BAD_TEXELS`` for an importance that does not fit; and what
         :class:`facezip.fit.given.GivenMasks` raises.
     """
-    settings = Settings(differences, weight_scale, masks, restarts, seed, nonnegative, sparse)
+    settings = Settings(differences, weight_scale, masks, restarts, seed, nonnegative, sparse, effort)
     settings.check(method)
     images = by_key(importance, character)
     factors = map_factors(character, map_weights or {}, {name for name, _ in images})
@@ -177,7 +179,7 @@ def _refined(task: _Task) -> _Fit:
     ranges: dict[int, NDArray[np.float32]] = {}
     for tile in character.tiles:
         own = {key: some for key, some in samples.items() if key[1] == tile}
-        fit = _around(task.kept, tile, own, character) if task.kept else _on_tile(task, tile, own, components)
+        fit = _around(task.kept, tile, own, task) if task.kept else _on_tile(task, tile, own, components)
         parts |= fit.parts
         weights |= fit.weights
         ranges |= fit.weight_ranges
@@ -197,12 +199,14 @@ def _on_tile(task: _Task, tile: int, samples: Mapping[Key, Samples], components:
         nonnegative=settings.nonnegative,
         locked=of_maps(locks, [*samples], units),
         sparse=task.sparse,
+        effort=settings.effort,
     )
     painted, scales = [one for one in task.painted if one.tile == tile], {}
     if painted:
         scales = scales_of(painted, fitted, settings.nonnegative)
         held = held_by(painted, scales, task.character.expressions, fitted.shape, settings.nonnegative)
-        fitted = fit_around(maps, fitted, held, around(of_maps(locks, [*samples], units)) if locks else ())
+        textures = around(of_maps(locks, [*samples], units)) if locks else ()
+        fitted = fit_around(maps, fitted, held, textures, settings.effort)
     if settings.nonnegative:
         fitted, largest = at_most_one(fitted, {slot: scale.unit for slot, scale in scales.items()})
         units = {lock.name: units[lock.name] * largest[lock.slot] for lock in locks}
@@ -218,10 +222,10 @@ def _on_tile(task: _Task, tile: int, samples: Mapping[Key, Samples], components:
     return _Fit(parts, {tile: stored}, ranges)
 
 
-def _around(kept: KeptRegion, tile: int, samples: Mapping[Key, Samples], character: Character) -> _Fit:
+def _around(kept: KeptRegion, tile: int, samples: Mapping[Key, Samples], task: _Task) -> _Fit:
     """The fit of a tile around what is kept of an older pack."""
-    held = kept.held(tile, character.expressions)
-    fitted = fit_around([*samples.values()], held.values, held, [kept.textures(key) for key in samples])
+    held, textures = kept.held(tile, task.character.expressions), [kept.textures(key) for key in samples]
+    fitted = fit_around([*samples.values()], held.values, held, textures, task.settings.effort)
     stored = as_stored(fitted, kept.ranges(tile))
     parts = {key: kept.part(key, some, stored) for key, some in samples.items()}
     return _Fit(parts, {tile: stored}, {tile: kept.ranges(tile)})

@@ -8,11 +8,11 @@ neighbours, so that those of a colour may be solved in any order, on any number 
 from functools import partial
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from facezip.fit.weights import WeightSystem, multiply
 from facezip.machine import memory
+from facezip.machine.kernels import kernel
 from facezip.machine.rows import by_rows, map_rows, sum_rows
 
 # Warm started: more would solve exactly what the next alternation changes again.
@@ -58,7 +58,7 @@ def solve_bounded(
     return weights, explained
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
+@kernel(fastmath={"contract"}, error_model="numpy")
 def _relax(
     top: int,
     bottom: int,

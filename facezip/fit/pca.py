@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from facezip.character.samples import Samples, Stored, stored_texels
 from facezip.character.scans import Stack
 from facezip.fit.paper.fragments import differences_of_row
 from facezip.machine import memory
+from facezip.machine.kernels import kernel
 from facezip.machine.rows import map_rows, sum_rows
 
 
@@ -60,7 +60,7 @@ def combine_differences(stack: Stack, mixture: NDArray[np.float32]) -> NDArray[n
     return out
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _gram(top: int, bottom: int, stored: Stored, importance: NDArray[np.float32]) -> NDArray[np.float64]:
     count, _, width, channels = stored.textures.shape
     total = np.zeros((count, count))
@@ -77,7 +77,7 @@ def _gram(top: int, bottom: int, stored: Stored, importance: NDArray[np.float32]
     return total
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _combine(top: int, bottom: int, stored: Stored, mixture: NDArray[np.float32], out: NDArray[np.float32]) -> None:
     count, _, width, channels = stored.textures.shape
     differences = np.empty((width, channels, count), np.float32)

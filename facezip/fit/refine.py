@@ -27,8 +27,8 @@ from facezip.machine import memory
 from facezip.machine.progress import track
 from facezip.machine.rows import by_rows, map_rows
 
-# Many texels tell the weights in few alternations: that many texels are visited, in 4 to 16 alternations.
-TEXELS_VISITED = 2**24
+# Many texels tell the weights in few alternations: by effort, how many are visited in all, in how many alternations.
+VISITS = {"fast": (2**24, 4, 16), "default": (24 * 2**20, 6, 24), "best": (2**26, 64, 64)}
 
 Locked = Mapping[int, NDArray[np.float32]]
 Solve = Callable[[WeightSystem, NDArray[np.float32]], tuple[NDArray[np.float32], float]]
@@ -46,6 +46,7 @@ def fit_weights(
     nonnegative: bool = False,
     locked: Sequence[Locked] = (),
     sparse: int | None = None,
+    effort: str = "default",
 ) -> NDArray[np.float32]:
     """Weight maps ``(h, R, N, w)`` of the refined fit, in floating point, shared by several maps of one tile.
 
@@ -61,6 +62,7 @@ def fit_weights(
     locked : of each map, the textures ``(H, W, C)`` of some slots that stay as they are. A fit without those slots is
         the start: none is lost by them.
     sparse : how many slots an expression may use; all where None.
+    effort : one of :data:`facezip.fit.settings.EFFORTS`.
     """
     height, width, _ = maps[0].neutral.shape
     few = [thinned(samples, weight_scale // 2) for samples in maps]
@@ -73,13 +75,13 @@ def fit_weights(
         free = [slot for slot in range(slots) if slot not in taken]
         if free:
             first = np.ascontiguousarray(components[:, : len(free)])
-            alone = fit_weights(maps, len(free), weight_scale, smoothness, first, nonnegative)
+            alone = fit_weights(maps, len(free), weight_scale, smoothness, first, nonnegative, effort=effort)
             weights[:, free] = at_most_one(alone)[0] if nonnegative else alone
     elif nonnegative:
         weights = uniform(larger_sides(components), grid)
     else:
         weights = balanced_start(few, components, grid)
-    fit = _Fit(maps, smoothness, nonnegative, around(locked) if taken else ())
+    fit = _Fit(maps, smoothness, nonnegative, around(locked) if taken else (), effort)
     weights = fit.alternated(weights, solve_nonnegative if nonnegative else solve_weights)
     return weights if sparse is None else fit.sparse(weights, sparse)
 
@@ -90,7 +92,7 @@ def around(locked: Sequence[Locked]) -> list[Textures]:
 
 
 def fit_around(
-    maps: Sequence[Samples], weights: NDArray[np.float32], held: Held, textures: Sequence[Textures]
+    maps: Sequence[Samples], weights: NDArray[np.float32], held: Held, textures: Sequence[Textures], effort: str
 ) -> NDArray[np.float32]:
     """The weight maps ``(h, R, N, w)`` of a fit of which some stay as they are.
 
@@ -100,9 +102,10 @@ def fit_around(
     weights : to start from.
     held : what stays, and the bounds of the others.
     textures : of each map, how its textures are solved; none where they are free.
+    effort : as in :func:`fit_weights`.
     """
     solve = partial(solve_bounded, low=held.low, high=held.high, held=held.where)
-    return _Fit(maps, SMOOTHNESS, False, textures).alternated(held.put(weights), solve, held.ahead)
+    return _Fit(maps, SMOOTHNESS, False, textures, effort).alternated(held.put(weights), solve, held.ahead)
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,10 +116,11 @@ class _Fit:
     smoothness: float
     nonnegative: bool
     textures: Sequence[Textures]
+    effort: str
 
     def alternated(self, weights: NDArray[np.float32], solve: Solve, ahead: Ahead | None = None) -> NDArray[np.float32]:
         """Textures and weights in turn, from ``weights``."""
-        count, unit = alternations(self.maps[0].importance.size), 0.0
+        count, unit = alternations(self.maps[0].importance.size, self.effort), 0.0
 
         def alternate(ahead: NDArray[np.float32]) -> tuple[NDArray[np.float32], float]:
             nonlocal unit
@@ -152,9 +156,10 @@ class _Fit:
         return weights
 
 
-def alternations(texels: int) -> int:
+def alternations(texels: int, effort: str = "default") -> int:
     """How many of them a fit of so many texels makes."""
-    return min(max(TEXELS_VISITED // texels, 4), 16)
+    visited, fewest, most = VISITS[effort]
+    return min(max(visited // texels, fewest), most)
 
 
 def at_most_one(

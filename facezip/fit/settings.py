@@ -9,6 +9,8 @@ from facezip.pack.checks import MAX_DIFFERENCES
 
 WEIGHT_SCALES = (4, 8, 16, 32)
 PAPER_DIFFERENCES = 4
+# How long to fit, from the fewest alternations to the most.
+EFFORTS = ("fast", "default", "best")
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,7 @@ class Settings:
     nonnegative : whether weights are positive or zero, at most 1, so that differences are only ever added (refined,
         masks).
     sparse : how many difference textures an expression may use, at least 1; all where None (refined).
+    effort : how long to fit, one of :data:`EFFORTS` (refined).
     """
 
     differences: int = 4
@@ -34,6 +37,7 @@ class Settings:
     seed: int = 0
     nonnegative: bool = False
     sparse: int | None = None
+    effort: str = "default"
 
     def check(self, method: str) -> None:
         """Raise ``BAD_VALUE`` for a method that there is not, or a setting outside its range."""
@@ -57,6 +61,10 @@ class Settings:
         if self.sparse is not None and not 1 <= self.sparse <= self.differences:
             reason = f"must lie in 1..{self.differences}, the number of difference textures"
             raise FaceZipError(ErrorCode.BAD_VALUE, f"sparse {self.sparse}: {reason}")
+        if self.effort not in EFFORTS:
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"effort '{self.effort}': must be one of {', '.join(EFFORTS)}")
+        if self.effort != Settings.effort and "effort" not in USED[method]:
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"effort {self.effort}: method {method} has one alone; use refined")
         if method.startswith("paper") and self.differences != PAPER_DIFFERENCES:
             raise FaceZipError(
                 ErrorCode.BAD_VALUE,
@@ -67,7 +75,7 @@ class Settings:
 _OF_THE_PAPER = ("differences", "weight_scale", "masks", "seed")
 # By method, the settings that it uses.
 USED: dict[str, tuple[str, ...]] = {
-    "refined": ("differences", "weight_scale", "nonnegative", "sparse"),
+    "refined": ("differences", "weight_scale", "nonnegative", "sparse", "effort"),
     "paper": (*_OF_THE_PAPER, "restarts"),
     "paper-optimised": _OF_THE_PAPER,
     "paper-unpermuted": _OF_THE_PAPER,
@@ -77,10 +85,12 @@ USED: dict[str, tuple[str, ...]] = {
 
 
 def made_with(method: str, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """The method, and those of the settings that it uses, but for what is off: what a pack states of its making."""
+    """The method, and those of the settings that it uses, but for what is off or as ever: what a pack states of its
+    making.
+    """
     used = {
         name: value
         for name, value in settings.items()
-        if name in USED[method] and value is not False and value is not None
+        if name in USED[method] and value is not False and value not in (None, Settings.effort)
     }
     return {"method": method, **used}

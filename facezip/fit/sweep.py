@@ -15,27 +15,41 @@ term in common only where texels lie between both, so each has 9 blocks, R x R, 
     Σ_r Σ_j [Σ_p m s_q s_r ⟨D_i, D_j⟩] W_jn(r) = Σ_p m s_q ⟨D_i, d_n⟩
 
 In an alternation the first solution is at once a term of the second system, and is not kept. Texels are handled in runs
-along a row (:mod:`facezip.pack.sampling`), top to bottom, so that what lies between two rows of weight texels is summed
+along a row (:mod:`facezip.pack.strips`), top to bottom, so that what lies between two rows of weight texels is summed
 before it is shared out.
 """
 
 from collections.abc import Mapping, Sequence
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from facezip.character.samples import Samples, Stored
-from facezip.fit.accumulation import accumulate_run, clear, collect_run, no_sums
-from facezip.fit.cholesky import factor_run, round_run, substitute_run
+from facezip.fit.accumulation import accumulate_strip, collect_strip, complete, no_sums
+from facezip.fit.cholesky import factor_strip, round_strip, substitute
 from facezip.fit.weights import WeightSystem
 from facezip.machine import memory
+from facezip.machine.kernels import inner, kernel
 from facezip.machine.rows import by_rows, each_block, map_rows
-from facezip.pack.sampling import RUN, Grid, bilinear_grid, expand_rows, mix_rows, read_run, same_rows
+from facezip.machine.vectors import ABREAST, LANES
+from facezip.pack.sampling import Grid, bilinear_grid, same_rows
+from facezip.pack.strips import (
+    expand_strip,
+    find_shares,
+    mix_strip,
+    no_shares,
+    read_importance,
+    read_strip,
+    read_textures,
+    write_textures,
+)
 
 # ρ as a part of the mean trace of a texel's system: bounds a texture where all weights are small.
 RIDGE = 1e-3
+# Of the most that a texel counts: of texels that all count no more, such as those beside the face, some stand for all.
+LITTLE = 0.05
 
 
 def weight_system(
@@ -51,11 +65,14 @@ def weight_system(
     """
     grid, ridge = _sampling(samples, weights), _ridge(weights)
     system = WeightSystem.zeros(weights.shape)
+    little = np.float32(LITTLE * samples.importance.max())
+    given = np.empty((0, 1, 1, 1), np.float32) if textures is None else textures
 
     def block(top: int, bottom: int) -> tuple[int, WeightSystem]:
         begin, end = int(grid.rows.first[top]), int(grid.rows.second[bottom - 1]) + 1
         part = WeightSystem.zeros((end - begin, *weights.shape[1:]))
-        _accumulate(top, bottom, samples.stored, samples.importance, weights, grid, ridge, textures, begin, part)
+        _accumulate(top, bottom, samples.stored, samples.importance, little, weights, grid, ridge, given, begin, part)
+        complete(part.matrix)
         return begin, part
 
     for begin, part in each_block(block, len(samples.neutral)):
@@ -157,50 +174,103 @@ def _ridge(weights: NDArray[np.float32]) -> np.float32:
     return max(np.float32(RIDGE * np.sum(squares) / (h * w)), np.float32(1e-30))
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+class _Strip(NamedTuple):
+    """What a sweep holds of a strip (:mod:`facezip.pack.strips`, :mod:`facezip.fit.cholesky`).
+
+    Attributes
+    ----------
+    upper, lower : ``(R, N, LANES)``, the rows of weight texels above and below.
+    rows : ``(K, N, LANES)``.
+    normal : ``(R, K, LANES)``.
+    """
+
+    upper: NDArray[np.float32]
+    lower: NDArray[np.float32]
+    rows: NDArray[np.float32]
+    normal: NDArray[np.float32]
+
+
+@inner()
+def _strip(slots: int, channels: int, count: int) -> _Strip:
+    all_rows, abreast = max(slots + channels, ABREAST), (count + ABREAST - 1) // ABREAST * ABREAST
+    return _Strip(
+        np.empty((slots, count, LANES), np.float32),
+        np.empty((slots, count, LANES), np.float32),
+        np.zeros((all_rows, abreast, LANES), np.float32),
+        np.zeros((slots, all_rows, LANES), np.float32),
+    )
+
+
+@kernel()
 def _accumulate(
     top: int,
     bottom: int,
     stored: Stored,
     importance: NDArray[np.float32],
+    little: np.float32,
     weights: NDArray[np.float32],
     grid: Grid,
     ridge: np.float32,
-    textures: NDArray[np.float32] | None,
+    textures: NDArray[np.float32],
     begin: int,
     system: WeightSystem,
 ) -> None:
-    """Add rows of texels to a part of the system from row ``begin`` on, under ``textures`` or those that fit best."""
+    """Add rows of texels to a part of the system, from row ``begin`` on: under ``textures``, or those that fit best
+    where there are none.
+    """
     count, _, width, channels = stored.textures.shape
     slots = weights.shape[1]
-    upper = np.empty((slots, count, RUN), np.float32)
-    lower = np.empty((slots, count, RUN), np.float32)
-    weight = np.empty((slots, count, RUN), np.float32)
-    differences = np.empty((channels, count, RUN), np.float32)
-    factor = np.empty((slots, slots, RUN), np.float32)
-    solved = np.empty((slots, channels, RUN), np.float32)
-    sums = no_sums(slots, count)
-    for left in range(0, width, RUN):
-        run = min(RUN, width - left)
+    strip, importances, shares = _strip(slots, channels, count), np.zeros(LANES, np.float32), no_shares(grid.columns)
+    sums = no_sums(slots, strip.rows.shape[1], channels)
+    for left in range(0, width, LANES):
+        find_shares(grid.columns, left, shares)
+        first, between, visited = grid.columns.first[left], top - 1, False
         for y in range(top, bottom):
-            v = grid.rows.fraction[y]
-            read_run(stored, y, left, run, differences)
-            if textures is None:
-                upper, lower = expand_rows(weights, grid, y, top, left, run, upper, lower)
-                mix_rows(upper, lower, v, run, weight)
-                factor_run(weight, differences, ridge, run, factor, solved)
-                for i in range(slots - 1, -1, -1):
-                    substitute_run(i, factor, run, solved)
-            else:
-                _load(textures, y, left, run, solved)
-            accumulate_run(solved, differences, importance[y, left : left + run], v, sums)
-            if y + 1 == bottom or not same_rows(grid.rows, y, y + 1):
+            if read_importance(importance, y, bottom, left, little, importances) > 0:
+                there = read_strip(stored, y, left, slots, strip.rows)
+                if len(textures) > 0:
+                    read_textures(textures, y, left, 0, strip.normal)
+                    there = True
+                elif there:
+                    between = _normal_equations(weights, grid, y, top, between, left, ridge, count, shares, strip)
+                    for i in range(slots - 1, -1, -1):
+                        substitute(i, channels, strip.normal)
+                # Textures are zero where nothing is to be said.
+                if there:
+                    accumulate_strip(strip.normal, strip.rows, importances, grid.rows.fraction[y], sums)
+                    visited = True
+            if visited and (y + 1 == bottom or not same_rows(grid.rows, y, y + 1)):
                 rows = grid.rows.first[y] - begin, grid.rows.second[y] - begin
-                collect_run(sums, rows, grid.columns, left, run, system)
-                clear(sums)
+                collect_strip(sums, rows, first, shares, system)
+                visited = False
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@inner()
+def _normal_equations(
+    weights: NDArray[np.float32],
+    grid: Grid,
+    y: int,
+    top: int,
+    between: int,
+    left: int,
+    ridge: np.float32,
+    count: int,
+    shares: NDArray[np.float32],
+    strip: _Strip,
+) -> int:
+    """The factors and right sides of row y; a row that lies between the same two of weight texels, to be given with the
+    next one as ``between``, at first one above ``top``.
+    """
+    if between < top or not same_rows(grid.rows, y, between):
+        first = grid.columns.first[left]
+        expand_strip(weights, grid.rows.first[y], first, shares, strip.upper)
+        expand_strip(weights, grid.rows.second[y], first, shares, strip.lower)
+    mix_strip(strip.upper, strip.lower, grid.rows.fraction[y], strip.rows)
+    factor_strip(strip.rows, count, ridge, strip.normal)
+    return y
+
+
+@kernel()
 def _solve(
     top: int,
     bottom: int,
@@ -216,40 +286,18 @@ def _solve(
     """Rows of :func:`_solve_rows`; where a step ``(R, C)`` is above 0, values are rounded to multiples of it."""
     count, _, width, channels = stored.textures.shape
     slots, end = weights.shape[1], slot + len(out)
-    upper = np.empty((slots, count, RUN), np.float32)
-    lower = np.empty((slots, count, RUN), np.float32)
-    weight = np.empty((slots, count, RUN), np.float32)
-    differences = np.empty((channels, count, RUN), np.float32)
-    factor = np.empty((slots, slots, RUN), np.float32)
-    solved = np.empty((slots, channels, RUN), np.float32)
-    for left in range(0, width, RUN):
-        run = min(RUN, width - left)
+    strip, shares = _strip(slots, channels, count), no_shares(grid.columns)
+    for left in range(0, width, LANES):
+        find_shares(grid.columns, left, shares)
+        between = top - 1
         for y in range(top, bottom):
-            read_run(stored, y, left, run, differences)
-            upper, lower = expand_rows(weights, grid, y, top, left, run, upper, lower)
-            mix_rows(upper, lower, grid.rows.fraction[y], run, weight)
-            factor_run(weight, differences, ridge, run, factor, solved)
-            _load(given[end:], y, left, run, solved[end:])
+            read_strip(stored, y, left, slots, strip.rows)
+            between = _normal_equations(weights, grid, y, top, between, left, ridge, count, shares, strip)
+            read_textures(given, y, left, end, strip.normal)
             for i in range(end - 1, slot - 1, -1):
-                substitute_run(i, factor, run, solved)
+                substitute(i, channels, strip.normal)
                 # Rounded before those that follow are solved, so that they make up for it (Babai's nearest plane).
                 for c in range(channels):
                     if steps[i, c] > 0:
-                        round_run(steps[i, c], run, solved[i, c])
-            _store(solved[slot:end], y, left, run, out)
-
-
-@njit(cache=True, nogil=True)
-def _load(textures: NDArray[np.float32], y: int, left: int, run: int, out: NDArray[np.float32]) -> None:
-    for i in range(len(out)):
-        for c in range(out.shape[1]):
-            for x in range(run):
-                out[i, c, x] = textures[i, y, left + x, c]
-
-
-@njit(cache=True, nogil=True)
-def _store(solved: NDArray[np.float32], y: int, left: int, run: int, textures: NDArray[np.float32]) -> None:
-    for i in range(len(solved)):
-        for x in range(run):
-            for c in range(solved.shape[1]):
-                textures[i, y, left + x, c] = solved[i, c, x]
+                        round_strip(steps[i, c], strip.normal[i, slots + c])
+            write_textures(strip.normal, slot, y, left, out)

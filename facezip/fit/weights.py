@@ -11,11 +11,12 @@ Linear Systems, 1952) with a block Jacobi preconditioner M, as in Saad, Iterativ
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from facezip.machine import memory
+from facezip.machine.kernels import inner, kernel
 from facezip.machine.rows import by_rows, map_rows, sum_rows
+from facezip.machine.vectors import ABREAST, LANES, all_of, load, plus_product, store, totals
 
 # Warm started: more steps would solve exactly what the next alternation changes again.
 STEPS = 4
@@ -106,14 +107,15 @@ def _begin(system: WeightSystem, start: NDArray[np.float32]) -> _State:
 def _explained(
     start: NDArray[np.float32], b: NDArray[np.float32], r: NDArray[np.float32], top: int, bottom: int
 ) -> float:
-    return float(np.vdot(start[top:bottom], b[top:bottom] + r[top:bottom]))
+    # In single precision the last digits hide what the last alternations gain.
+    return float(np.vdot(start[top:bottom].astype(np.float64), b[top:bottom] + r[top:bottom].astype(np.float64)))
 
 
 def _ratio(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float32]:
     return np.divide(a, b, out=np.zeros_like(a), where=b > 0).astype(np.float32)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _regularise(top: int, bottom: int, matrix: NDArray[np.float32], tie: np.float32, ridge: np.float32) -> None:
     h, slots, _, _, w = matrix.shape
     for y in range(top, bottom):
@@ -127,7 +129,7 @@ def _regularise(top: int, bottom: int, matrix: NDArray[np.float32], tie: np.floa
                 matrix[y, i, i, 4, x] += neighbours * tie + ridge
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
+@kernel(fastmath={"contract"}, error_model="numpy")
 def _invert(top: int, bottom: int, matrix: NDArray[np.float32], out: NDArray[np.float32]) -> None:
     """The inverse of every texel's coupling with itself, by Gauss and Jordan: they are positive definite."""
     _, slots, _, _, w = matrix.shape
@@ -152,45 +154,83 @@ def _invert(top: int, bottom: int, matrix: NDArray[np.float32], out: NDArray[np.
                     out[y, k, j, x] *= out[y, k, k, x]
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@kernel()
 def multiply(
     top: int, bottom: int, a: NDArray[np.float32], p: NDArray[np.float32], ap: NDArray[np.float32]
 ) -> NDArray[np.float64]:
     """A·p of rows; returns pᵀ A·p per expression, ``(N,)``."""
-    h, slots, count, _ = p.shape
+    _, slots, count, w = p.shape
+    wide, abreast = (w + LANES - 1) // LANES * LANES, (count + ABREAST - 1) // ABREAST * ABREAST
+    # Three rows of p with a column beside them, one row of A and one of the product: zeros follow the last column, and
+    # expressions of nothing the last one.
+    near = np.zeros((3, slots, abreast, wide + LANES), np.float32)
+    coupled = np.zeros((slots, slots, 9, wide), np.float32)
+    product = np.zeros((slots, abreast, wide), np.float32)
     pap = np.zeros(count)
     for y in range(top, bottom):
-        ap[y] = 0
+        for ny in range(y - 1 if y == top else y + 1, y + 2):
+            _read_row(p, ny, near)
+        _read_couplings(a, y, coupled)
         for i in range(slots):
-            for ny in range(max(y - 1, 0), min(y + 2, h)):
-                for j in range(slots):
-                    _add_row(a, y, i, j, p, ny, ap)
+            for n in range(0, abreast, ABREAST):
+                for x in range(0, wide, LANES):
+                    _couple(y, i, n, x, near, coupled, product)
             for n in range(count):
-                pap[n] += _dot(p[y, i, n], ap[y, i, n])
+                at, here = (i * abreast + n) * wide, ((y % 3 * slots + i) * abreast + n) * (wide + LANES) + 1
+                total = all_of(np.float32(0))
+                for x in range(0, wide, LANES):
+                    total = plus_product(total, load(near, here + x), load(product, at + x))
+                pap[n] += totals(total, total, total, total)[0]
+                for x in range(w):
+                    ap[y, i, n, x] = product[i, n, x]
     return pap
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def _add_row(
-    a: NDArray[np.float32], y: int, i: int, j: int, p: NDArray[np.float32], ny: int, ap: NDArray[np.float32]
+@inner()
+def _read_row(p: NDArray[np.float32], y: int, near: NDArray[np.float32]) -> None:
+    """A row of p into one of three, from the second column on; zeros beside the grid."""
+    h, slots, count, w = p.shape
+    for j in range(slots):
+        for n in range(count):
+            for x in range(w):
+                near[y % 3, j, n, x + 1] = p[y, j, n, x] if 0 <= y < h else np.float32(0)
+
+
+@inner()
+def _read_couplings(a: NDArray[np.float32], y: int, coupled: NDArray[np.float32]) -> None:
+    for i in range(a.shape[1]):
+        for j in range(a.shape[2]):
+            for cell in range(9):
+                for x in range(a.shape[4]):
+                    coupled[i, j, cell, x] = a[y, i, j, cell, x]
+
+
+@inner()
+def _couple(
+    y: int, i: int, n: int, x: int, near: NDArray[np.float32], coupled: NDArray[np.float32], out: NDArray[np.float32]
 ) -> None:
-    """Add to ``ap[y, i]`` what couples its texels to those of row ``ny`` in slot j, for all expressions."""
-    left, last = 3 * (ny - y + 1), p.shape[3] - 1
-    for n in range(p.shape[2]):
-        ap[y, i, n, 0] += a[y, i, j, left + 1, 0] * p[ny, j, n, 0]
-        if last > 0:
-            ap[y, i, n, 0] += a[y, i, j, left + 2, 0] * p[ny, j, n, 1]
-            for c in range(1, last):
-                ap[y, i, n, c] += (
-                    a[y, i, j, left, c] * p[ny, j, n, c - 1]
-                    + a[y, i, j, left + 1, c] * p[ny, j, n, c]
-                    + a[y, i, j, left + 2, c] * p[ny, j, n, c + 1]
-                )
-            ap[y, i, n, last] += a[y, i, j, left, last] * p[ny, j, n, last - 1]
-            ap[y, i, n, last] += a[y, i, j, left + 1, last] * p[ny, j, n, last]
+    """What couples 16 texels to their neighbours, for four expressions from n on."""
+    _, slots, all_rows, room = near.shape
+    wide = out.shape[2]
+    first = second = third = fourth = all_of(np.float32(0))
+    for k in range(3):
+        row = (y + k - 1) % 3
+        for j in range(slots):
+            for beside in range(3):
+                factor = load(coupled, ((i * slots + j) * 9 + 3 * k + beside) * wide + x)
+                at = ((row * slots + j) * all_rows + n) * room + x + beside
+                first = plus_product(first, factor, load(near, at))
+                second = plus_product(second, factor, load(near, at + room))
+                third = plus_product(third, factor, load(near, at + 2 * room))
+                fourth = plus_product(fourth, factor, load(near, at + 3 * room))
+    there = (i * all_rows + n) * wide + x
+    store(out, there, first)
+    store(out, there + wide, second)
+    store(out, there + 2 * wide, third)
+    store(out, there + 3 * wide, fourth)
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
+@inner(fastmath={"contract", "reassoc"})
 def _dot(a: NDArray[np.float32], b: NDArray[np.float32]) -> np.float32:
     total = np.float32(0)
     for column in range(len(a)):
@@ -198,7 +238,7 @@ def _dot(a: NDArray[np.float32], b: NDArray[np.float32]) -> np.float32:
     return total
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@kernel(fastmath={"contract"})
 def _advance(top: int, bottom: int, alpha: NDArray[np.float32], state: _State) -> NDArray[np.float64]:
     """``x += α p``, ``r -= α A·p``; returns rᵀz per expression, ``(N,)``."""
     x, r, p, ap, m_inverse = state
@@ -220,7 +260,7 @@ def _advance(top: int, bottom: int, alpha: NDArray[np.float32], state: _State) -
     return rz
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@kernel(fastmath={"contract"})
 def _turn(top: int, bottom: int, beta: NDArray[np.float32], state: _State) -> None:
     """``p = z + β p``."""
     _, r, p, _, m_inverse = state

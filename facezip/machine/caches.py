@@ -20,9 +20,8 @@ def settle() -> None:
 
     Variables that name such a folder stay as they are, and nothing is created where all is well.
     """
-    # Without a home its sign is expanded to itself; nothing is below a device.
-    home = os.path.expanduser("~") if os.path.isabs(os.path.expanduser("~")) else os.devnull
-    caches = os.environ.get("XDG_CACHE_HOME") or f"{home}/{_CACHES}"
+    home = _home()
+    caches = _caches(home)
     settings = os.environ.get("XDG_CONFIG_HOME") or f"{home}/.config"
     # Numba has a folder of each folder of sources, which others may have made: with sudo, say.
     usual = {
@@ -35,6 +34,24 @@ def settle() -> None:
     stand_in = private_folder() if lost else None
     if stand_in:
         os.environ.update({variable: str(stand_in / variable.partition("_")[0].lower()) for variable in lost})
+
+
+def kept_folder(name: str) -> Path | None:
+    """A folder of FaceZip's own in which files stay from run to run; None where there is no place for it."""
+    kept = Path(_caches(_home())) / "facezip" / name
+    if _writable(str(kept)):
+        return kept
+    stand_in = private_folder()
+    return stand_in / name if stand_in else None
+
+
+def _home() -> str:
+    # Without a home its sign is expanded to itself; nothing is below a device.
+    return os.path.expanduser("~") if os.path.isabs(os.path.expanduser("~")) else os.devnull
+
+
+def _caches(home: str) -> str:
+    return os.environ.get("XDG_CACHE_HOME") or f"{home}/{_CACHES}"
 
 
 def private_folder() -> Path | None:

@@ -11,6 +11,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 Item = TypeVar("Item")
 _bars: ContextVar[Progress | None] = ContextVar("bars", default=None)
+# The same for threads that others started, and what they have said.
+_shown: list[Progress] = []
+_said: set[str] = set()
 
 
 @contextmanager
@@ -22,10 +25,19 @@ def show_progress() -> Iterator[None]:
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bars:
         token = _bars.set(bars)
+        _shown.append(bars)
         try:
             yield
         finally:
+            _shown.pop()
             _bars.reset(token)
+
+
+def say_once(words: str) -> None:
+    """A line above the bars, from any thread, where bars are drawn and it has not been said."""
+    if _shown and words not in _said:
+        _said.add(words)
+        _shown[-1].console.print(words)
 
 
 @contextmanager

@@ -8,9 +8,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from facezip.machine.kernels import kernel
 from facezip.machine.rows import by_rows
 from facezip.pack.footprint import SLOTS_PER_LAYER
 
@@ -102,7 +102,7 @@ def expanded(masks: NDArray[np.uint8], activations: NDArray[np.float32]) -> NDAr
     return by_rows(rows_of, (count, h, w, slots), np.float32, axis=1)
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@kernel(fastmath={"contract"})
 def _expand(top: int, masks: NDArray[np.uint8], activations: NDArray[np.float32], out: NDArray[np.float32]) -> None:
     count, height, width, slots = out.shape
     for y in range(height):

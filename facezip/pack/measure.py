@@ -4,15 +4,17 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from facezip.character.samples import Stored, samples_of
 from facezip.character.scans import Stack
+from facezip.machine.kernels import inner, kernel
 from facezip.machine.rows import by_rows, map_rows, sum_rows
+from facezip.machine.vectors import LANES, all_of, clipped, load, minus, plus, plus_product, times, totals
 from facezip.pack.model import Part
 from facezip.pack.quantise import ZERO, StoredPart
-from facezip.pack.sampling import RUN, Grid, bilinear_grid, expand_rows, mix_rows, read_run
+from facezip.pack.sampling import Grid, bilinear_grid, same_rows
+from facezip.pack.strips import expand_strip, find_shares, mix_strip, no_shares, read_strip
 
 
 class Encoded(NamedTuple):
@@ -80,7 +82,7 @@ def texels_seen(stack: Stack) -> float:
     return float(sum(map_rows(lambda top, bottom: float(mask[top:bottom].sum(dtype=np.float64)), len(mask))))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _squared_error(
     top: int,
     bottom: int,
@@ -98,7 +100,7 @@ def _squared_error(
     return total
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _squared_errors(
     top: int,
     bottom: int,
@@ -110,79 +112,72 @@ def _squared_errors(
 ) -> NDArray[np.float64]:
     count, _, width, channels = stored.textures.shape
     slots = weights.shape[1]
-    upper = np.empty((slots, count, RUN), np.float32)
-    lower = np.empty((slots, count, RUN), np.float32)
-    weight = np.empty((slots, count, RUN), np.float32)
-    original = np.empty((channels, count, RUN), np.float32)
-    differences = np.empty((slots, RUN), np.float32)
-    before, neutral, value = np.empty(RUN, np.float32), np.empty(RUN, np.float32), np.empty(RUN, np.float32)
+    shares, counts = no_shares(grid.columns), np.empty(LANES, np.float32)
+    upper, lower, weight = np.empty((3, slots, count, LANES), np.float32)
+    original = np.empty((channels, count, LANES), np.float32)
+    before, neutral = np.empty((2, channels, LANES), np.float32)
+    differences = np.empty((channels, slots, LANES), np.float32)
     total = np.zeros(count)
-    for left in range(0, width, RUN):
-        run = min(RUN, width - left)
+    for left in range(0, width, LANES):
+        find_shares(grid.columns, left, shares)
+        first, right = grid.columns.first[left], min(left + LANES, width)
         for y in range(top, bottom):
-            upper, lower = expand_rows(weights, grid, y, top, left, run, upper, lower)
-            mix_rows(upper, lower, grid.rows.fraction[y], run, weight)
-            read_run(stored, y, left, run, original)
-            counts = importance[y, left : left + run]
-            for c in range(channels):
-                for x in range(run):
-                    before[x] = stored.scale * np.float32(stored.neutral[y, left + x, c])
-                _decode(encoded, y, left, c, run, neutral, differences)
-                for n in range(count):
-                    _add(neutral, differences, weight, n, run, value)
-                    total[n] += _squared_gap(original[c, n], before, value, counts)
+            if y == top or not same_rows(grid.rows, y, y - 1):
+                expand_strip(weights, grid.rows.first[y], first, shares, upper)
+                expand_strip(weights, grid.rows.second[y], first, shares, lower)
+            mix_strip(upper, lower, grid.rows.fraction[y], weight)
+            read_strip(stored, y, left, 0, original)
+            for x in range(LANES):
+                counts[x] = importance[y, left + x] if left + x < right else np.float32(0)
+            _decode(stored, encoded, y, left, before, neutral, differences)
+            for n in range(count):
+                total[n] += _squared_gap(n, before, neutral, differences, weight, original, counts)
     return total
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _decode(
+    stored: Stored,
     encoded: Encoded,
     y: int,
     left: int,
-    c: int,
-    run: int,
+    before: NDArray[np.float32],
     neutral: NDArray[np.float32],
     differences: NDArray[np.float32],
 ) -> None:
-    """One channel of a run: ``(RUN,)`` of the neutral, ``(R, RUN)`` of the difference textures."""
-    for x in range(run):
-        neutral[x] = encoded.unit * np.float32(encoded.neutral[y, left + x, c])
-    for i in range(len(differences)):
-        for x in range(run):
-            steps = np.float32(encoded.differences[i, y, left + x, c]) - encoded.zero
-            differences[i, x] = encoded.steps[i, c] * steps
+    """Of a strip ``(C, LANES)`` of both neutrals, and ``(C, R, LANES)`` of the difference textures."""
+    channels, slots, _ = differences.shape
+    last = stored.neutral.shape[1] - 1
+    for c in range(channels):
+        for x in range(LANES):
+            at = min(left + x, last)
+            before[c, x] = stored.scale * np.float32(stored.neutral[y, at, c])
+            neutral[c, x] = encoded.unit * np.float32(encoded.neutral[y, at, c])
+            for i in range(slots):
+                steps = np.float32(encoded.differences[i, y, at, c]) - encoded.zero
+                differences[c, i, x] = encoded.steps[i, c] * steps
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def _add(
+@inner()
+def _squared_gap(
+    n: int,
+    before: NDArray[np.float32],
     neutral: NDArray[np.float32],
     differences: NDArray[np.float32],
     weight: NDArray[np.float32],
-    n: int,
-    run: int,
-    out: NDArray[np.float32],
-) -> None:
-    """Equation (1) of a run, two difference textures at a time."""
-    slots = len(differences)
-    for x in range(run):
-        out[x] = neutral[x]
-    for i in range(0, slots - 1, 2):
-        for x in range(run):
-            out[x] += differences[i, x] * weight[i, n, x] + differences[i + 1, x] * weight[i + 1, n, x]
-    if slots % 2:
-        for x in range(run):
-            out[x] += differences[slots - 1, x] * weight[slots - 1, n, x]
-
-
-@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
-def _squared_gap(
     original: NDArray[np.float32],
-    before: NDArray[np.float32],
-    value: NDArray[np.float32],
-    importance: NDArray[np.float32],
+    counts: NDArray[np.float32],
 ) -> np.float32:
-    total = np.float32(0)
-    for x in range(len(importance)):
-        gap = original[x] + before[x] - min(max(value[x], np.float32(0)), np.float32(1))
-        total += importance[x] * gap * gap
-    return total
+    """Of expression n, between the scan and equation (1), over all channels of a strip."""
+    channels, slots, _ = differences.shape
+    count = original.shape[1]
+    squares = all_of(np.float32(0))
+    for c in range(channels):
+        value = load(neutral, c * LANES)
+        for i in range(slots):
+            change = load(differences, (c * slots + i) * LANES)
+            value = plus_product(value, change, load(weight, (i * count + n) * LANES))
+        gap = minus(plus(load(original, (c * count + n) * LANES), load(before, c * LANES)), clipped(value))
+        squares = plus_product(squares, gap, gap)
+    squares = times(squares, load(counts, 0))
+    return totals(squares, squares, squares, squares)[0]

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from facezip.character.maps import ALBEDO, Key, Map
@@ -13,6 +12,7 @@ from facezip.character.meshes import Meshes
 from facezip.character.scans import NEUTRAL, map_named, tile_among, unknown
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import Texels
+from facezip.machine.kernels import kernel
 from facezip.machine.rows import by_rows
 from facezip.names import one_form
 from facezip.pack.footprint import Footprint, Texture
@@ -161,7 +161,7 @@ def blended_rows(part: Part, weights: NDArray[np.float32]) -> Callable[[slice], 
     return blended
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _blend(
     top: int,
     neutral: NDArray[np.float32],

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from facezip.character.maps import Key, Map
@@ -12,6 +11,7 @@ from facezip.character.meshes import Meshes
 from facezip.character.neutrals import packed_neutral, unpacked_neutral
 from facezip.files.images import Texels, to_float
 from facezip.machine import memory
+from facezip.machine.kernels import kernel
 from facezip.machine.rows import by_rows, map_rows, sum_rows
 from facezip.pack.masked import MaskedWeights
 from facezip.pack.model import CompressedTextures, Part
@@ -195,7 +195,7 @@ def best_ranges(differences: NDArray[np.float32], importance: NDArray[np.float32
     return np.maximum(chosen, np.float32(1e-12))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _round_differences(
     top: int,
     bottom: int,
@@ -217,7 +217,7 @@ def _round_differences(
                 target[k] = np.uint8(min(max(step, low[i]), np.float32(STEPS)) + np.float32(ZERO))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _difference_values(
     top: int, bottom: int, stored: NDArray[np.uint8], steps: NDArray[np.float32], out: NDArray[np.float32]
 ) -> None:
@@ -232,7 +232,7 @@ def _difference_values(
                 target[k] = (np.float32(row[k]) - np.float32(ZERO)) * step[k]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _histogram(
     top: int,
     bottom: int,

@@ -3,10 +3,10 @@
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from facezip.character.scans import Character, Stack
+from facezip.machine.kernels import kernel
 from facezip.machine.rows import sum_rows
 
 # So many texels a side of a cell are enough to know its products.
@@ -57,7 +57,7 @@ def _squares(stack: Stack) -> Callable[[int, int], NDArray[np.float64]]:
     return lambda top, bottom: np.array(_energy(top, bottom, stack.textures, stack.neutral, stack.scale))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _energy(top: int, bottom: int, textures: NDArray[np.uint8], neutral: NDArray[np.uint8], scale: np.float32) -> float:
     total = np.float64(0)
     for n in range(len(textures)):
@@ -71,7 +71,7 @@ def _energy(top: int, bottom: int, textures: NDArray[np.uint8], neutral: NDArray
     return float(total)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _multiply(
     top: int,
     bottom: int,

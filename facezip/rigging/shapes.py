@@ -1,9 +1,9 @@
 """Step A of example-based rigging: the edges of every shape, triangle by triangle, from scans and from the template."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from facezip.machine.kernels import kernel
 from facezip.machine.rows import map_rows
 
 # Li, Weise and Pauly's: triangles that a shape hardly moves on the template stay with the template.
@@ -43,7 +43,7 @@ def explain(
     return solved
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
+@kernel(fastmath={"contract", "reassoc"})
 def _solve(
     top: int,
     bottom: int,

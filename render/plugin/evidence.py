@@ -1,5 +1,6 @@
 """What a failed comparison leaves behind: four pictures, for programs and for people."""
 
+import shutil
 from pathlib import Path
 
 import matplotlib
@@ -43,6 +44,12 @@ def write_evidence(folder: Path, comparison: Comparison, reference: Reference) -
         write_exr(place / "p_value.exr", {f"{scale} px": _grey(one) for scale, one in probabilities.items()}, {})
         for name, picture in shown.items():
             write_texture(place / f"{name}.png", enlarged(picture))
+
+
+def remove_evidence(folder: Path) -> None:
+    """Remove what :func:`write_evidence` wrote, if it is there, and nothing else."""
+    if folder.is_dir() and is_evidence(folder):
+        shutil.rmtree(folder)
 
 
 def is_evidence(folder: Path) -> bool:

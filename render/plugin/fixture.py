@@ -2,7 +2,6 @@
 
 import json
 import shlex
-import shutil
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -10,15 +9,17 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import pytest
 
 from facezip.errors import FaceZipError
+from render.plugin.baseline import Baseline
+from render.plugin.labels import VARIANT, accepted, is_label
 from render.plugin.names import file_stem
+from render.plugin.selection import NODE_ID
 from render.plugin.settings import PROPERTY, Settings
 
 if TYPE_CHECKING:
-    from render.plugin.reference import Comparison, Reference
+    from render.plugin.call import Call
+    from render.plugin.ignoring import Region
+    from render.plugin.judging import Judged
     from render.plugin.sources import Source
-
-# References and tests never share a seed: their renders have to be independent.
-REFERENCE_SEED = 1_000_000
 
 
 @dataclass
@@ -29,12 +30,17 @@ class ImageCheck:
     ----------
     test : the running test.
     settings : of this run of pytest.
+    shared : references that several tests have and this run has written.
     generated : references written so far.
+    calls, compared : how many images were handed over, and how many of them had a reference.
     """
 
     test: pytest.Item
     settings: Settings
+    shared: set[Path]
     generated: list[Path] = field(default_factory=list)
+    calls: int = 0
+    compared: int = 0
     _names: set[str] = field(default_factory=set)
 
     def __call__(
@@ -42,10 +48,15 @@ class ImageCheck:
         source: "Source",
         *,
         name: str = "",
+        reference: str = "",
+        variant: str = "",
         spp: int = 16,
         renders: int = 8,
         reference_renders: int = 32,
         level: float | None = None,
+        warn: float | None = None,
+        ignore: "Region" = None,
+        must_differ: bool = False,
     ) -> None:
         """Fail the test where the image differs from its reference by more than render noise.
 
@@ -55,73 +66,127 @@ class ImageCheck:
             independent renders of it. Images are ``(H, W)``, ``(H, W, 3)`` or ``(H, W, 4)``, scene-linear floats or 8-
             or 16-bit integers.
         name : which image of the test this is, where it checks several.
+        reference : of a reference that several tests share, its name; by default it is named after the test.
+        variant : what the image was made under, a variant of Mitsuba say: a reference ``…@VARIANT.exr`` then stands in
+            the place of the usual one.
         spp : samples per pixel of a scene.
         renders, reference_renders : independent renders of a scene or function that make a test, and a reference.
         level : probability below which the comparison fails; that of the run by default.
+        warn : probability below which it is listed though it passes; that of the run by default.
+        ignore : region that may differ; see :func:`render.plugin.ignoring.ignored_pixels`.
+        must_differ : the image is spoilt on purpose: fail where it agrees with the reference that the test's own image
+            of this name has.
         """
         __tracebackhide__ = True
-        stem = file_stem(self.test.nodeid, name)
-        if name in self._names:
+        from render.plugin.call import Call
+
+        self.calls += 1
+        if name in self._names and not must_differ:
             pytest.fail(f"facezip_image: a second image '{name}' in one test; give each its own name=", pytrace=False)
-        self._names.add(name)
+        for label in filter(None, (reference, variant)):
+            if not is_label(label):
+                pytest.fail(f"facezip_image: '{label}': letters, digits, '_', '.' and '-' alone", pytrace=False)
+        own = file_stem(self.test.stash[NODE_ID], name)
+        if not must_differ:
+            self._names.add(name)
+        level = level or self.settings.level
+        call = Call(
+            name=f"{own}.must-differ-{self.calls}" if must_differ else own,
+            stem=reference or own,
+            shared=bool(reference),
+            source=source,
+            variant=variant,
+            spp=spp,
+            renders=renders,
+            reference_renders=reference_renders,
+            level=level,
+            warn=max(level, warn or self.settings.warn),
+            ignore=ignore,
+            must_differ=must_differ,
+        )
+        baseline = self.settings.baseline_of(self.test.path)
         try:
-            if self.settings.generate:
-                self._generate(source, stem, reference_renders, spp)
-            else:
-                self._compare(source, stem, renders, spp, level or self.settings.level)
+            self._check(call, baseline)
         except FaceZipError as error:
-            self._fail({"name": stem}, f"{stem}: {error}")
+            self._fail(call.told, f"{call.name}: {error}")
 
-    def _generate(self, source: "Source", stem: str, count: int, spp: int) -> None:
-        from render.plugin.reference import Reference
-        from render.plugin.sources import renders_of
-
-        path = Path(str(self.settings.generate)) / f"{stem}.exr"
-        seeds = range(REFERENCE_SEED, REFERENCE_SEED + count)
-        reference = Reference.of(renders_of(source, seeds, spp))
-        path.parent.mkdir(parents=True, exist_ok=True)
-        reference.write(path, {"test": self.test.nodeid})
-        self.generated.append(path)
-        self._note({"name": stem, "outcome": "generated", "reference": str(path), "renders": reference.renders})
-
-    def _compare(self, source: "Source", stem: str, count: int, spp: int, level: float) -> None:
+    def _check(self, call: "Call", baseline: Baseline) -> None:
         __tracebackhide__ = True
-        from render.plugin.reference import Reference
-        from render.plugin.sources import renders_of
+        # Of tests that share a reference the first writes it, and the others are compared with that.
+        mode = "" if baseline.path(call.stem) in self.shared else self.settings.generate
+        names = accepted(baseline.names(), call.stem, call.variant)
+        if call.must_differ and (mode == "all" or (mode and not names)):
+            return
+        if mode == "all" or (mode and not names):
+            self._generate(call, baseline, names)
+            return
+        path = baseline.path(names[0] if names else call.stem)
+        self.compared += 1
+        told = {**call.told, "reference": str(path), "level": call.level}
+        if not names:
+            self._fail(told, f"{call.name}: no reference {path}{self._way_out(path, 'generate it')}")
+        from render.plugin.judging import judged
 
-        path = self.settings.baseline_of(self.test.path) / f"{stem}.exr"
-        result: dict[str, Any] = {"name": stem, "reference": str(path), "level": level}
-        if not path.is_file():
-            self._fail(result, f"{stem}: no reference {path}\n  generate it: {self._command(path)}")
-        reference = Reference.read(path)
-        renders = renders_of(source, range(count), spp)
-        if renders.shape[1:] != reference.mean.shape:
-            sizes = f"{_size(renders.shape[1:])} pixels, its reference {_size(reference.mean.shape)}"
-            self._fail(result, f"{stem}: the image has {sizes}\n  if that is meant: {self._command(path)}")
-        comparison = reference.compare(renders)
-        result |= {"probability": comparison.probability, "statistic": comparison.statistic, "renders": len(renders)}
-        result |= worst_place(comparison, reference)
-        differs = comparison.probability < level
-        folder = self._evidence(stem, differs, comparison, reference)
-        result |= {"evidence": str(folder)} if folder else {}
-        if differs:
-            self._fail(result, f"{stem}: {described(result)}\n  if that is meant: {self._command(path)}")
-        self._note({**result, "outcome": "passed"})
+        replaces = mode == "failed" and not call.must_differ
+        try:
+            found = judged(call, baseline, names)
+        except FaceZipError:
+            if not replaces:
+                raise
+            # A damaged reference has failed as well; an image that is none fails again.
+            self._generate(call, baseline, names)
+            return
+        if found.differs and replaces:
+            self._generate(call, baseline, names, found)
+        else:
+            self._conclude(call, {**told, **found.told}, found)
 
-    def _evidence(self, stem: str, differs: bool, comparison: "Comparison", reference: "Reference") -> Path | None:
+    def _conclude(self, call: "Call", result: dict[str, Any], found: "Judged") -> None:
+        __tracebackhide__ = True
+        from render.plugin.words import described, described_agreement
+
+        failed = bool(found.mismatch) or found.differs != call.must_differ
+        warned = not failed and not call.must_differ and found.probability < call.warn
+        result |= self._evidence(call, failed or warned, found)
+        if not failed:
+            self._note({**result, "outcome": "warned" if warned else "passed"})
+            return
+        if call.must_differ:
+            self._fail(result, f"{call.name}: {found.mismatch or described_agreement(result)}")
+        words = found.mismatch or described(result)
+        # A reference that variants share stays for the others.
+        label = VARIANT if call.shared and call.variant else ""
+        way_out = self._way_out(Path(result["reference"]), "if that is meant", label)
+        self._fail(result, f"{call.name}: {words}{way_out}")
+
+    def _generate(self, call: "Call", baseline: Baseline, names: list[str], found: "Judged | None" = None) -> None:
+        from render.plugin.generating import generate
+
+        made = generate(call, baseline, names, self.settings.label, self.test.stash[NODE_ID], found)
+        self.generated.append(made.path)
+        if call.shared:
+            self.shared.add(made.path)
+        changed = {**made.before.told, **self._evidence(call, True, made.before)} if made.before else {}
+        told = {**call.told, "level": call.level, **changed, "reference": str(made.path), **made.told}
+        self._note({**told, "outcome": "generated"})
+
+    def _evidence(self, call: "Call", wanted: bool, found: "Judged") -> dict[str, str]:
         """The folder of the pictures; a summary shows those of tests that pass as well, otherwise old ones go."""
-        from render.plugin.evidence import is_evidence, write_evidence
+        from render.plugin.evidence import remove_evidence, write_evidence
 
-        folder = self.settings.results / stem
-        if differs or "html" in self.settings.summaries:
-            write_evidence(folder, comparison, reference)
-            return folder
-        if folder.is_dir() and is_evidence(folder):
-            shutil.rmtree(folder)
-        return None
+        folder = self.settings.results / call.name
+        if found.comparison is not None and (wanted or "html" in self.settings.summaries):
+            write_evidence(folder, found.comparison, found.reference)
+            return {"evidence": str(folder)}
+        remove_evidence(folder)
+        return {}
 
-    def _command(self, path: Path) -> str:
-        return shlex.join(["pytest", self.test.nodeid, "--facezip-generate", str(path.parent)])
+    def _way_out(self, path: Path, when: str, label: str = "") -> str:
+        if self.settings.commit:
+            return ""
+        command = ["pytest", self.test.stash[NODE_ID], "--facezip-generate", str(path.parent)]
+        command += ["--facezip-as", label] if label else []
+        return f"\n  {when}: {shlex.join(command)}"
 
     def _fail(self, result: dict[str, Any], message: str) -> NoReturn:
         __tracebackhide__ = True
@@ -129,47 +194,8 @@ class ImageCheck:
         pytest.fail(message, pytrace=False)
 
     def _note(self, result: dict[str, Any]) -> None:
-        # Properties travel with a test's report, from the workers of pytest-xdist too.
-        self.test.user_properties.append((PROPERTY, json.dumps({"test": self.test.nodeid, **result})))
-
-
-def worst_place(comparison: "Comparison", reference: "Reference") -> dict[str, Any]:
-    """The block, of the size that tells most, whose ratio is largest.
-
-    Returns
-    -------
-    ``row``, ``column`` of its upper left pixel, its ``side``, the means of ``image`` and ``reference`` over it in the
-    channel that tells most, and their difference in ``deviations``, standard errors.
-    """
-    import numpy as np
-
-    values = comparison.ratios[comparison.scale].values
-    row, column, channel = map(int, np.unravel_index(np.abs(values).argmax(), values.shape))
-    side, step = comparison.scale, max(comparison.scale // 2, 1)
-    block = (slice(row * step, row * step + side), slice(column * step, column * step + side), channel)
-    return {
-        "row": row * step,
-        "column": column * step,
-        "side": side,
-        "image": float(comparison.image[block].mean()),
-        "reference_image": float(reference.mean[block].mean()),
-        "deviations": float(values[row, column, channel]),
-    }
-
-
-def described(result: dict[str, Any]) -> str:
-    """A failed comparison in a few lines."""
-    side = result["side"]
-    place = f"{side} x {side} pixels from" if side > 1 else "pixel at"
-    where = f"{place} row {result['row']}, column {result['column']}"
-    values = f"{result['image']:.4g} instead of {result['reference_image']:.4g}"
-    return (
-        f"differs from its reference by more than noise: p = {result['probability']:.1e}, level {result['level']:g}\n"
-        f"  worst {where}: {values}, {abs(result['deviations']):.1f} standard errors\n"
-        f"  reference {result['reference']}\n"
-        f"  evidence {result['evidence']}: image, reference, error, p_value as EXR and PNG"
-    )
-
-
-def _size(shape: tuple[int, ...]) -> str:
-    return " x ".join(str(side) for side in (shape[1], shape[0], *shape[2:]))
+        # Properties travel with a test's report, from the workers of pytest-xdist too, and into JUnit's XML.
+        properties = self.test.user_properties
+        properties.append((PROPERTY, json.dumps({"test": self.test.stash[NODE_ID], **result})))
+        shown = {"facezip_p": "probability", "facezip_evidence": "evidence"}
+        properties += [(f"{key}[{result['name']}]", result[of]) for key, of in shown.items() if of in result]

@@ -1,20 +1,23 @@
 """The hooks of the pytest plugin ``facezip``: light, for they are loaded by every run of pytest beside FaceZip."""
 
-import json
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
+from contextlib import nullcontext
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from render.plugin.imports import choose_llvm_in_time
-from render.plugin.settings import PROPERTY, Settings, add_options
+from render.plugin.matrix import DESCRIPTION, VARIANT, Case, parametrise, under
+from render.plugin.run import Run
+from render.plugin.settings import Settings, add_options
 
 if TYPE_CHECKING:
     from render.plugin.fixture import ImageCheck
 
-_SETTINGS = pytest.StashKey[Settings]()
+_RUN = pytest.StashKey[Run]()
+_SHARED = pytest.StashKey[set[Path]]()
 _CHECK = pytest.StashKey["ImageCheck"]()
-_RESULTS = pytest.StashKey[list[dict[str, Any]]]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -25,9 +28,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Check the flags before anything runs."""
-    config.stash[_SETTINGS] = Settings.of(config)
-    config.stash[_RESULTS] = []
-    config.pluginmanager.register(_Collector(config.stash[_RESULTS]), "facezip-results")
+    run = Run(Settings.of(config))
+    config.stash[_RUN], config.stash[_SHARED] = run, set()
+    config.addinivalue_line("markers", DESCRIPTION)
+    config.pluginmanager.register(run, "facezip-run")
+    config.pluginmanager.register(run.selection, "facezip-selection")
 
 
 @pytest.fixture
@@ -35,47 +40,54 @@ def facezip_image(request: pytest.FixtureRequest) -> "ImageCheck":
     """Compare a render with its stored reference, under a test that knows render noise."""
     from render.plugin.fixture import ImageCheck
 
-    check = ImageCheck(request.node, request.config.stash[_SETTINGS])
+    check = ImageCheck(request.node, request.config.stash[_RUN].settings, request.config.stash[_SHARED])
     request.node.stash[_CHECK] = check
     return check
 
 
+@pytest.fixture
+def facezip_case(request: pytest.FixtureRequest, facezip_image: "ImageCheck") -> Iterator[Case]:
+    """One combination of the marker ``facezip_matrix``: its values, and the comparison with its reference."""
+    variant = request.param.names.get(VARIANT)
+    with under(variant) if variant else nullcontext():
+        yield Case(request.param, request.node, facezip_image)
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Make a test of each combination of a matrix."""
+    parametrise(metafunc)
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, Any, Any]:
-    """A test that generated references compared nothing: it is skipped, not passed."""
+    """A test that compared nothing has not passed: it generated references, or never came to its images."""
     result = yield
     check = pyfuncitem.stash.get(_CHECK, None)
+    if check and not check.calls:
+        hint = "compare an image, ask for no facezip_image, or skip the test"
+        pytest.fail(f"facezip_image: the test asked for it and compared nothing\n  {hint}", pytrace=False)
     if check and check.generated:
         pytest.skip(f"generated {', '.join(path.name for path in check.generated)}")
+    if check and not check.compared:
+        pytest.skip("generated nothing: an image that must differ has no reference of its own")
     return result
 
 
-class _Collector:
-    """Gathers results from the reports of tests, in the process that prints them."""
-
-    def __init__(self, results: list[dict[str, Any]]) -> None:
-        self._results = results
-
-    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Take what the fixture noted on a finished test."""
-        if report.when == "call":
-            self._results += [json.loads(str(value)) for name, value in report.user_properties if name == PROPERTY]
-
-
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Write the summaries, once for all workers."""
-    settings = session.config.stash[_SETTINGS]
-    if settings.summaries and not hasattr(session.config, "workerinput"):
+    """Judge the run and write the summaries, once for all workers."""
+    run = session.config.stash[_RUN]
+    if hasattr(session.config, "workeroutput"):
+        run.selection.send(session.config.workeroutput)
+        return
+    run.judge(session)
+    if run.settings.summaries or run.settings.markdown:
         from render.plugin.summary import write_summaries
 
-        write_summaries(session.config.stash[_RESULTS], settings)
+        write_summaries(run)
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
-    """Say where generated references, evidence and summaries are."""
-    results, settings = config.stash[_RESULTS], config.stash[_SETTINGS]
-    generated = sum(result["outcome"] == "generated" for result in results)
-    if generated:
-        terminalreporter.write_line(f"facezip: {generated} references written to {settings.generate}")
-    if any("evidence" in result for result in results) or settings.summaries:
-        terminalreporter.write_line(f"facezip: results in {settings.results}")
+    """Say what is wrong with the run, what was generated, and where evidence and summaries are."""
+    from render.plugin.terminal import report
+
+    report(terminalreporter, config.stash[_RUN])

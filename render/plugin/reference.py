@@ -19,6 +19,8 @@ FORMAT = "facezip-reference/1"
 FEWEST_RENDERS = 8
 # A comparison that is less probable is looked at again, without each of its renders.
 UNLIKELY = 0.01
+# The part of a reference that says which pixels do not count.
+_IGNORED = "ignored"
 _LARGEST_HALF = np.float32(65504)
 
 
@@ -54,16 +56,18 @@ class Reference:
     mean, error : ``(H, W, C)`` float32, of half precision: mean of the renders, and its standard error.
     renders : how many.
     spreads : how every statistic came out for each of the renders against the others.
+    ignored : ``(H, W)``, pixels that did not count in them, or None.
     """
 
     mean: NDArray[np.float32]
     error: NDArray[np.float32]
     renders: int
     spreads: dict[str, Spread]
+    ignored: NDArray[np.bool_] | None = None
 
     @staticmethod
-    def of(renders: NDArray[np.float32]) -> "Reference":
-        """The reference of ``(N, H, W, C)`` independent renders, C 3 or 4.
+    def of(renders: NDArray[np.float32], ignored: NDArray[np.bool_] | None = None) -> "Reference":
+        """The reference of ``(N, H, W, C)`` independent renders, C 3 or 4, ``ignored`` of its pixels ``(H, W)``.
 
         Raises
         ------
@@ -77,47 +81,67 @@ class Reference:
         renders = np.clip(renders, -_LARGEST_HALF, _LARGEST_HALF)
         mean = renders.mean(axis=0, dtype=np.float64)
         error = renders.std(axis=0, ddof=1, dtype=np.float64) / np.sqrt(count)
-        return Reference(_stored(mean), _stored(error), count, leave_one_out(renders))
+        return Reference(_stored(mean), _stored(error), count, leave_one_out(renders, ignored), ignored)
 
-    def compare(self, renders: NDArray[np.float32]) -> Comparison:
+    def compare(self, renders: NDArray[np.float32], ignored: NDArray[np.bool_] | None = None) -> Comparison:
         """Compare the mean of ``(n, H, W, C)`` independent renders, n ≥ 1, none of which is part of the reference.
 
         What looks like a difference has to be one without any single render too: an event that is too rare for the
-        reference to know shows in one alone.
-        """
-        clipped = np.clip(renders, -_LARGEST_HALF, _LARGEST_HALF).astype(np.float64)
-        found = self._judge(clipped)
-        if len(clipped) > 2 and found.probability < UNLIKELY:
-            others = (self._judge(np.delete(clipped, k, axis=0)) for k in range(len(clipped)))
-            likelier = max(others, key=lambda one: one.probability)
-            found = likelier if likelier.probability >= UNLIKELY else found
-        return replace(found, image=clipped.mean(axis=0).astype(np.float32))
-
-    def _judge(self, renders: NDArray[np.float64]) -> Comparison:
-        mean = self.mean.astype(np.float64)
-        # No smaller than what may have been rounded to it.
-        error = self.error + rounding_of(self.error)
-        ratios = noise_ratios(renders, mean, np.square(error) * self.renders, self.renders, rounding_of(mean))
-        return Comparison(*probability(ratios, self.spreads), renders.mean(axis=0).astype(np.float32), ratios)
-
-    def write(self, path: Path, conditions: Mapping[str, str]) -> None:
-        """Write a multi-part OpenEXR file, whole or not at all, with conditions as its attributes.
+        reference to know shows in one alone. Where more pixels are ``ignored`` than when the reference was made, only
+        the largest ratios count: how sums spread over what is left is not known.
 
         Raises
         ------
         FaceZipError
-            ``CANNOT_WRITE``.
+            ``BAD_VALUE``: the reference ignores pixels that the test does not.
         """
+        spreads = self._spreads(ignored)
+        clipped = np.clip(renders, -_LARGEST_HALF, _LARGEST_HALF).astype(np.float64)
+        found = self._judge(clipped, spreads, ignored)
+        if len(clipped) > 2 and found.probability < UNLIKELY:
+            others = (self._judge(np.delete(clipped, k, axis=0), spreads, ignored) for k in range(len(clipped)))
+            likelier = max(others, key=lambda one: one.probability)
+            found = likelier if likelier.probability >= UNLIKELY else found
+        return replace(found, image=clipped.mean(axis=0).astype(np.float32))
+
+    def _spreads(self, ignored: NDArray[np.bool_] | None) -> dict[str, Spread]:
+        """Those that hold without the ignored pixels."""
+        own, given = (np.zeros(self.mean.shape[:2], bool) if mask is None else mask for mask in (self.ignored, ignored))
+        if (own & ~given).any():
+            count = np.count_nonzero(own & ~given)
+            reason = f"its reference was made without {count} pixels that the test does not ignore"
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"{reason}; generate it again")
+        same = bool((own == given).all())
+        return {name: spread for name, spread in self.spreads.items() if same or name.startswith("largest")}
+
+    def _judge(
+        self, renders: NDArray[np.float64], spreads: dict[str, Spread], ignored: NDArray[np.bool_] | None
+    ) -> Comparison:
+        mean = self.mean.astype(np.float64)
+        # No smaller than what may have been rounded to it.
+        error = self.error + rounding_of(self.error)
+        variance = np.square(error) * self.renders
+        ratios = noise_ratios(renders, mean, variance, self.renders, rounding_of(mean), ignored)
+        return Comparison(*probability(ratios, spreads), renders.mean(axis=0).astype(np.float32), ratios)
+
+    def write(self, path: Path, conditions: Mapping[str, str]) -> None:
+        """Write :meth:`content`, whole or not at all; raises ``FaceZipError`` (``CANNOT_WRITE``)."""
+        write_whole(path, self.content(conditions))
+
+    def content(self, conditions: Mapping[str, str]) -> bytes:
+        """A multi-part OpenEXR file, with conditions as its attributes."""
         spreads = json.dumps({name: asdict(spread) for name, spread in self.spreads.items()})
         header = {**conditions, "facezip": FORMAT, "renders": str(self.renders), "spreads": spreads}
+        parts = {"mean": self.mean, "error": self.error}
+        if self.ignored is not None:
+            parts[_IGNORED] = np.repeat(self.ignored[..., None], 3, axis=2).astype(np.float32)
         with TemporaryDirectory() as place:
-            write_exr(Path(place) / "reference.exr", {"mean": self.mean, "error": self.error}, header)
-            content = (Path(place) / "reference.exr").read_bytes()
-        write_whole(path, content)
+            write_exr(Path(place) / "reference.exr", parts, header)
+            return (Path(place) / "reference.exr").read_bytes()
 
     @staticmethod
     def read(path: Path) -> "Reference":
-        """Read what :meth:`write` wrote.
+        """Read the file of :meth:`content`.
 
         Raises
         ------
@@ -130,7 +154,8 @@ class Reference:
                 raise ValueError(header["facezip"])
             stored = json.loads(header["spreads"])
             spreads = {name: Spread(**stored[name]) for name in STATISTICS}
-            return Reference(parts["mean"], parts["error"], int(header["renders"]), spreads)
+            ignored = parts[_IGNORED][..., 0] > 0.5 if _IGNORED in parts else None
+            return Reference(parts["mean"], parts["error"], int(header["renders"]), spreads, ignored)
         except (KeyError, TypeError, ValueError):
             reason = f"not a reference of format {FORMAT}; generate it again"
             raise FaceZipError(ErrorCode.UNREADABLE_IMAGE, f"{path}: {reason}") from None

@@ -50,6 +50,7 @@ def noise_ratios(
     variance: NDArray[np.float64],
     renders: int,
     reach: NDArray[np.float64] | None = None,
+    ignored: NDArray[np.bool_] | None = None,
 ) -> dict[int, Ratios]:
     """The ratios at every scale.
 
@@ -60,18 +61,24 @@ def noise_ratios(
         them, at least 3.
     reach : ``(H, W, C)``: how far the true means of those renders may lie from ``mean``; None where they are it. Over
         a region of one value that is one error for all, so that a block's reach is the sum of its pixels'.
+    ignored : ``(H, W)``: pixels that count for nothing, neither by their difference nor by their noise; blocks that
+        hold no others have a ratio of 0.
     """
+    kept = np.ones((*mean.shape[:2], 1))
+    if ignored is not None:
+        kept[ignored] = 0
     # A pixel is not trusted to be quieter than its neighbourhood: what it has not shown yet, its neighbours may have.
-    smooth = ndimage.uniform_filter(variance, (3, 3, 0), mode="nearest")
+    smooth = ndimage.uniform_filter(kept * variance, (3, 3, 0), mode="nearest")
     share = 1 / len(test) + 1 / renders
-    rounding = np.square(rounding_of(mean))
-    of_pixels = share * np.maximum(variance, smooth) + rounding
-    moved = test - mean
+    rounding = kept * np.square(rounding_of(mean))
+    of_pixels = kept * share * np.maximum(variance, smooth) + rounding
+    moved = kept * (test - mean)
     # Both say how noisy a block is: a rare event that the reference lacks is known by being in few renders of the test.
     weight, weight_test = (np.array([renders - 1, len(test) - 1]) / (renders + len(test) - 2)).tolist()
     ratios = {}
     for scale in SCALES:
-        total, squares = block_sums(of_pixels, scale), block_sums(np.square(of_pixels), scale)
+        empty = block_sums(kept, scale) == 0
+        total, squares = block_sums(of_pixels, scale) + empty, block_sums(np.square(of_pixels), scale) + empty
         sums = block_sums(moved, scale)
         own = share * sums.var(axis=0, ddof=1) + block_sums(rounding, scale) if len(test) > 1 else np.zeros_like(total)
         pooled = weight * total + weight_test * own
@@ -81,7 +88,7 @@ def noise_ratios(
         )
         difference = sums.mean(axis=0)
         if reach is not None:
-            difference -= np.clip(difference, -(within := block_sums(reach, scale)), within)
+            difference -= np.clip(difference, -(within := block_sums(kept * reach, scale)), within)
         ratios[scale] = Ratios(difference / np.sqrt(pooled), freedom)
     return ratios
 
@@ -132,7 +139,7 @@ class Spread:
         return float(stats.gumbel_r.sf(max(score * np.pi / np.sqrt(6) + np.euler_gamma, -100.0)))
 
 
-def leave_one_out(renders: NDArray[np.float32]) -> dict[str, Spread]:
+def leave_one_out(renders: NDArray[np.float32], ignored: NDArray[np.bool_] | None = None) -> dict[str, Spread]:
     """How each statistic spreads when nothing differs: every one of ``(N, H, W, C)`` renders against the others."""
     count = len(renders)
     centre = renders.mean(axis=0, dtype=np.float64)
@@ -142,7 +149,7 @@ def leave_one_out(renders: NDArray[np.float32]) -> dict[str, Spread]:
     for one in moved:
         mean = (total - one) / (count - 1)
         variance = np.maximum((squares - np.square(one)) / (count - 1) - np.square(mean), 0) * (count - 1) / (count - 2)
-        ratios = noise_ratios((one + centre)[None], centre + mean, variance, count - 1)
+        ratios = noise_ratios((one + centre)[None], centre + mean, variance, count - 1, ignored=ignored)
         found.append(statistics(ratios))
     spreads = {}
     for name in STATISTICS:
@@ -167,9 +174,14 @@ def ratio_probabilities(ratios: Ratios) -> NDArray[np.float64]:
 
 
 def probability(ratios: dict[int, Ratios], spreads: dict[str, Spread]) -> tuple[float, str]:
-    """Probability that noise alone differs as much, corrected for the number of statistics; the least likely one."""
+    """Probability that noise alone differs as much, corrected for the number of statistics; the least likely one.
+
+    Of the statistics that ``spreads`` knows.
+    """
     tails = {}
     for name, value in statistics(ratios).items():
+        if name not in spreads:
+            continue
         theory = theoretical_tail(name, value, ratios[int(name.rpartition("_")[2])])
         tails[name] = max(theory, spreads[name].tail(name, value))
     least = min(tails, key=lambda name: tails[name])

@@ -7,7 +7,7 @@ function bindWipe(card) {
   const slider = frame.querySelector("input");
   const update = () => {
     frame.style.setProperty("--x", slider.value + "%");
-    slider.setAttribute("aria-valuetext", slider.value + " % original");
+    slider.setAttribute("aria-valuetext", slider.value + " % " + (slider.dataset.over || "original"));
   };
   slider.addEventListener("input", update);
   update();
@@ -92,6 +92,24 @@ function showNumbers(card, view, index) {
   });
 }
 
+// Cards by their outcome, and by a part of their name.
+function bindFilter(filter) {
+  const [boxes, text] = [[...filter.querySelectorAll("[type=checkbox]")], filter.querySelector("[type=search]")];
+  const cards = [...document.querySelectorAll(".card")];
+  const update = () => {
+    const shown = new Set(boxes.filter((box) => box.checked).map((box) => box.value));
+    const part = text.value.trim().toLowerCase();
+    for (const card of cards) {
+      card.hidden = !shown.has(card.dataset.outcome) || !card.dataset.name.toLowerCase().includes(part);
+    }
+    const count = cards.filter((card) => !card.hidden).length;
+    filter.querySelector("output").textContent = count + " of " + cards.length + " shown";
+  };
+  filter.addEventListener("input", update);
+  update();
+}
+
+for (const filter of document.querySelectorAll(".filter")) bindFilter(filter);
 for (const card of document.querySelectorAll(".card")) {
   bindChoice(card);
   bindWipe(card);

@@ -5,14 +5,15 @@ proportions are those of an adult: chin to crown 23 cm, eyes at half that height
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from facezip.machine.kernels import inner, kernel
 
 # Centre of the left eyeball.
 EYE = np.array([3.15, 0.55, 6.55])
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def ellipsoid(x: float, y: float, z: float, cx: float, cy: float, cz: float, rx: float, ry: float, rz: float) -> float:
     """Approximate signed distance to an axis-aligned ellipsoid."""
     px, py, pz = (x - cx) / rx, (y - cy) / ry, (z - cz) / rz
@@ -21,7 +22,7 @@ def ellipsoid(x: float, y: float, z: float, cx: float, cy: float, cz: float, rx:
     return k0 * (k0 - 1) / max(k1, 1e-9)
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def capsule(
     x: float,
     y: float,
@@ -43,20 +44,20 @@ def capsule(
     return np.sqrt(px * px + py * py + pz * pz) - (ra + t * (rb - ra))
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def join(a: float, b: float, k: float) -> float:
     """Smooth union: the smaller of two distances, blended over a width ``k``."""
     h = max(k - abs(a - b), 0.0) / k
     return min(a, b) - h * h * k * 0.25
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def carve(a: float, b: float, k: float) -> float:
     """Smooth subtraction of ``b`` from ``a``."""
     return -join(-a, b, k)
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _skull(x: float, y: float, z: float) -> float:
     d = ellipsoid(x, y, z, 0.0, 3.7, -0.9, 7.25, 8.2, 9.3)
     d = join(d, ellipsoid(x, y, z, 0.0, 2.6, 2.2, 6.7, 6.6, 6.5), 2.0)
@@ -71,7 +72,7 @@ def _skull(x: float, y: float, z: float) -> float:
     return carve(d, ellipsoid(x, y, z, 8.3, 2.4, 3.6, 1.6, 2.6, 2.2), 1.6)
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _neck(x: float, y: float, z: float) -> float:
     d = capsule(x, y, z, 0.0, -5.0, -2.6, 0.0, -20.0, -4.4, 5.1, 5.5)
     d = join(d, capsule(x, y, z, 6.0, -3.5, -1.6, 1.2, -17.5, 1.2, 0.9, 1.0), 2.4)
@@ -79,7 +80,7 @@ def _neck(x: float, y: float, z: float) -> float:
     return join(d, capsule(x, y, z, 3.0, -14.0, -5.4, 10.0, -20.5, -5.2, 2.0, 2.4), 4.0)
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _eye(d: float, x: float, y: float, z: float) -> float:
     d = carve(d, ellipsoid(x, y, z, 3.1, 0.80, 8.75, 2.0, 1.10, 1.7), 1.3)
     d = carve(d, ellipsoid(x, y, z, 1.55, 0.9, 8.75, 0.6, 0.9, 0.9), 0.9)
@@ -89,7 +90,7 @@ def _eye(d: float, x: float, y: float, z: float) -> float:
     return carve(d, capsule(x, y, z, 2.0, -0.95, 8.75, 3.9, -1.35, 8.30, 0.05, 0.05), 1.5)
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _nose(d: float, x: float, y: float, z: float) -> float:
     d = join(d, capsule(x, y, z, 0.0, 1.6, 7.75, 0.0, -2.2, 9.70, 0.62, 0.80), 1.1)
     d = join(d, capsule(x, y, z, 0.0, 0.4, 7.2, 0.62, -2.9, 8.6, 1.0, 1.30), 1.0)
@@ -101,7 +102,7 @@ def _nose(d: float, x: float, y: float, z: float) -> float:
     return carve(d, ellipsoid(x, y, z, 0.70, -3.82, 9.40, 0.34, 0.40, 0.55), 0.28)
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _mouth(d: float, x: float, y: float, z: float) -> float:
     d = join(d, ellipsoid(x, y, z, 0.0, -5.9, 6.1, 3.3, 3.0, 3.05), 1.8)
     d = join(d, capsule(x, y, z, 0.42, -5.62, 9.02, 2.55, -6.05, 7.80, 0.52, 0.20), 0.30)
@@ -112,7 +113,7 @@ def _mouth(d: float, x: float, y: float, z: float) -> float:
     return carve(d, capsule(x, y, z, 0.0, -7.95, 9.5, 1.6, -7.85, 9.0, 0.45, 0.35), 1.0)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def distance(x: float, y: float, z: float) -> float:
     """Signed distance (cm, negative inside) to the head without ears, its eyes and its mouth still closed."""
     # A trace of asymmetry: no face is its own mirror image.
@@ -125,7 +126,7 @@ def distance(x: float, y: float, z: float) -> float:
     return _eye(d, side, y, z)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def outermost(origins: NDArray[np.float64], directions: NDArray[np.float64], far: float) -> NDArray[np.float64]:
     """Walk in from ``far`` along each ray until the surface: distances ``(V,)`` from the origins."""
     found = np.empty(len(origins))

@@ -87,12 +87,13 @@ def test_a_normal_looks_along_u_and_up_v():
     renderer = PairedRenderer(topology, frame_of(vertices), ["studio"], "diffuse", 32)
     renderer.pose(vertices)
     ray = mi.Ray3f(mi.Point3f(1.0, 2.0, 10.0), mi.Vector3f(0.0, 0.0, -1.0))
-    surface = renderer._scene.ray_intersect(ray, int(mi.RayFlags.All), True, True)
+    surface = renderer._points.met(ray)
 
     def seen(normal, light):
         skin = upload(SkinMaps(constant(0.5, 0.5, 0.5), constant(*normal)))
-        respond = renderer._response(surface, [skin], True)
-        (reflected,) = respond(surface.to_local(mi.Vector3f(*light)), mi.Color3f(1.0))
+        (reflected,) = renderer._points.response(
+            surface, [skin], surface.to_local(mi.Vector3f(*light)), mi.Color3f(1.0)
+        )
         return float(np.array(reflected).ravel()[0])
 
     for light, towards in (((0.6, 0.0, 0.8), (0.1, 0.0, 0.995)), ((0.0, 0.6, 0.8), (0.0, 0.1, 0.995))):

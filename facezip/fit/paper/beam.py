@@ -9,10 +9,10 @@ that were dropped is a lower bound. The paper's sweeps polish the result. Nothin
 from typing import Protocol
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from facezip.fit.paper.stitching import SWEEPS, Stitching, all_orders, descend
+from facezip.machine.kernels import kernel
 
 WIDTH = 300
 
@@ -127,7 +127,7 @@ def _least(values: NDArray[np.float64], count: int) -> tuple[NDArray[np.int64], 
     return candidates[np.argsort(values[candidates], kind="stable")[:count]], float(limit)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _extended(
     fields: NDArray[np.float64], parents: NDArray[np.int64], added: NDArray[np.int64], costs: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -1,7 +1,6 @@
 """Difference textures and weight maps from clusters and their permutation (paper §3.1, equations 5-6)."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from facezip.character.samples import Stored, stored_texels
@@ -9,6 +8,7 @@ from facezip.character.scans import Stack
 from facezip.fit.paper.fragments import differences_of_row
 from facezip.fit.paper.masks import MaskLookup, Masks, masks_at
 from facezip.machine import memory
+from facezip.machine.kernels import kernel
 from facezip.machine.rows import map_rows
 
 
@@ -49,7 +49,7 @@ def weight_maps(masks: Masks, alpha: NDArray[np.float32], scale: int) -> NDArray
     return np.ascontiguousarray(weights)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _stitch(
     top: int,
     bottom: int,

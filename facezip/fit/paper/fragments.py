@@ -9,13 +9,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from facezip.character.samples import Stored, stored_texels
 from facezip.character.scans import Stack
 from facezip.fit.paper.masks import MaskLookup, Masks, masks_at
+from facezip.machine.kernels import inner, kernel
 from facezip.machine.progress import track
 from facezip.machine.rows import sum_rows
 
@@ -108,7 +108,7 @@ def _unpack(packed: NDArray[np.float64], n: int) -> NDArray[np.float64]:
     return grams
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def differences_of_row(y: int, stored: Stored, out: NDArray[np.float32]) -> None:
     """Write D_n = I_n - I_0 of one row of texels to ``out``, ``(W, C, N)``, so that a texel's N values lie together."""
     textures, neutral, scale = stored
@@ -119,7 +119,7 @@ def differences_of_row(y: int, stored: Stored, out: NDArray[np.float32]) -> None
                 out[x, c, n] = scale * (np.float32(textures[n, y, x, c]) - np.float32(neutral[y, x, c]))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _masked_gram(top: int, bottom: int, stored: Stored, lookup: MaskLookup) -> NDArray[np.float64]:
     count, _, width, channels = stored.textures.shape
     masks = lookup.values.shape[1]

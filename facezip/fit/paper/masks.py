@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.ndimage import distance_transform_edt
@@ -16,6 +15,7 @@ from facezip.character.raster import Raster, rasterise
 from facezip.character.scans import Character, Stack
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.machine import memory
+from facezip.machine.kernels import kernel
 from facezip.machine.rows import by_rows, map_rows
 
 # A biharmonic function rings over the whole face. The paper's masks are zero outside their fragment: rings of less
@@ -221,7 +221,7 @@ def _fill_empty(blocks: NDArray[np.float32]) -> NDArray[np.float32]:
     return by_rows(lambda rows: blocks[near[rows], beside[rows]], blocks.shape, np.float32)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _throw_darts(positions: NDArray[np.float64], radius: float, most: int) -> NDArray[np.int64]:
     accepted = np.empty(most, np.int64)
     count = 0
@@ -240,7 +240,7 @@ def _throw_darts(positions: NDArray[np.float64], radius: float, most: int) -> ND
     return accepted[:count]
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def masks_at(lookup: MaskLookup, y: int, x: int, out: NDArray[np.float32]) -> tuple[int, int]:
     """Write the normalised masks of a texel to ``out``; they are those of ``active[begin:end]``."""
     f = lookup.face[y, x]
@@ -266,7 +266,7 @@ def masks_at(lookup: MaskLookup, y: int, x: int, out: NDArray[np.float32]) -> tu
     return begin, end
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _average_blocks(
     top: int,
     bottom: int,

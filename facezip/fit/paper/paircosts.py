@@ -5,7 +5,6 @@ the texels makes this table; no search looks at anything else.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy import sparse
 
@@ -13,6 +12,7 @@ from facezip.character.samples import Stored, stored_texels
 from facezip.character.scans import Stack
 from facezip.fit.paper.fragments import differences_of_row
 from facezip.fit.paper.masks import MaskLookup, Masks, masks_at
+from facezip.machine.kernels import inner, kernel
 from facezip.machine.rows import sum_rows
 
 
@@ -52,7 +52,7 @@ def _overlapping(masks: Masks) -> tuple[NDArray[np.int32], NDArray[np.int64], ND
     return pair, first.astype(np.int64), second.astype(np.int64)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inner(inline="always")
 def _spread_centres(
     x: int,
     share: NDArray[np.float32],
@@ -72,7 +72,7 @@ def _spread_centres(
                 columns[c, b * slots + a] = mean
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _pair_costs(
     top: int,
     bottom: int,

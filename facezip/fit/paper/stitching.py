@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from itertools import permutations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from facezip.machine.kernels import kernel
 
 SWEEPS = 10
 
@@ -65,7 +66,7 @@ def unpermuted(table: NDArray[np.float64]) -> Stitching:
     return Stitching(permutation, cost, np.array([[cost]]))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def stitching_cost(table: NDArray[np.float64], permutation: NDArray[np.int64]) -> float:
     """C(σ) of equation (3), over ordered pairs of masks as the paper sums it."""
     total = 0.0
@@ -76,7 +77,7 @@ def stitching_cost(table: NDArray[np.float64], permutation: NDArray[np.int64]) -
     return total
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def descend(
     table: NDArray[np.float64],
     orders: NDArray[np.int64],

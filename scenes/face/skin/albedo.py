@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from facezip.machine.kernels import inner, kernel
 from facezip.machine.rows import map_rows
 from scenes.face.features import LID_HALF_WIDTH, MOUTH_HALF_WIDTH, Rows
 from scenes.face.head import Head
@@ -59,7 +59,7 @@ def neutral_albedo(head: Head, resolution: int, person: Complexion) -> NDArray[n
     return out
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _paint(
     top: int,
     bottom: int,
@@ -88,7 +88,7 @@ def _paint(
                 out[j, i, c] = min(max(colour[c], 0.0), 1.0)
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _skin(
     x: float,
     y: float,
@@ -144,7 +144,7 @@ def _skin(
         _darken(colour, 0.42 * smooth(0.13, 0.0, line) * smooth(2.75, 2.3, abs(x)), 0.8, 1.15, 1.1)
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _spots(x: float, y: float, z: float, texel: float, freckles: float, seed: int, colour: NDArray[np.float64]) -> None:
     where = smooth(2.0, 5.0, z) * (0.25 + bump(x, y, 2.6, -2.0, 3.0, 1.9) + 0.35 * bump(x, y, 2.0, 5.0, 4.0, 2.2))
     near, number = cells(x, y, z, 0.42, seed + 131)
@@ -157,7 +157,7 @@ def _spots(x: float, y: float, z: float, texel: float, freckles: float, seed: in
         _darken(colour, 0.60 * smooth(0.034, 0.022, near), 0.85, 1.1, 1.2)
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _lips(
     x: float, y: float, z: float, texel: float, colours: NDArray[np.float64], seed: int, colour: NDArray[np.float64]
 ) -> None:
@@ -170,7 +170,7 @@ def _lips(
         colour[c] += 0.86 * amount * (colours[1, c] * shade - colour[c])
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _brow(
     x: float, y: float, z: float, texel: float, colours: NDArray[np.float64], seed: int, colour: NDArray[np.float64]
 ) -> None:
@@ -193,7 +193,7 @@ def _brow(
         colour[c] += amount * (colours[3, c] - colour[c])
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _eye(
     x: float,
     y: float,
@@ -230,7 +230,7 @@ def _eye(
         colour[c] += lash * (0.6 * colours[3, c] - colour[c])
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _mouth(
     x: float, y: float, z: float, row: float, colours: NDArray[np.float64], seed: int, colour: NDArray[np.float64]
 ) -> None:
@@ -255,7 +255,7 @@ def _mouth(
         colour[c] += (1 - lip * 0.9) * (value - colour[c])
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _darken(colour: NDArray[np.float64], amount: float, r: float, g: float, b: float) -> None:
     """Absorb light: by ``amount``, weighted per channel."""
     colour[0] *= 1 - min(amount * r, 1.0)

@@ -1,8 +1,8 @@
 """How skin shines, by its zones: roughness and specular of the neutral, and the hollows that keep light in."""
 
 import numpy as np
-from numba import njit
 
+from facezip.machine.kernels import kernel
 from scenes.face.skin.noise import fractal, smooth
 from scenes.face.skin.zones import brow, bump, lips, scalp
 
@@ -10,7 +10,7 @@ from scenes.face.skin.zones import brow, bump, lips, scalp
 WET = (0.22, 0.40)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def oil(x: float, y: float, z: float) -> float:
     """Where skin is oily, 0..1: the middle of the forehead, the nose, the chin."""
     front = smooth(1.0, 5.0, z)
@@ -19,7 +19,7 @@ def oil(x: float, y: float, z: float) -> float:
     return min(front * (nose + forehead + chin + 0.25 * bump(x, y, 3.9, -1.6, 1.2, 0.9)), 1.0)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def roughness(x: float, y: float, z: float, texel: float, seed: int) -> float:
     """Of the neutral, as of a principled BSDF: oily skin and lips are smoother, the shaved scalp and brows are not."""
     value = 0.53 - 0.19 * oil(x, y, z) + 0.04 * fractal(x, y, z, 2.6, 4, texel, seed + 411)
@@ -27,7 +27,7 @@ def roughness(x: float, y: float, z: float, texel: float, seed: int) -> float:
     return value + 0.06 * scalp(x, y, z) + 0.06 * density - 0.17 * lips(x, y, z)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def specular(x: float, y: float, z: float, texel: float, seed: int) -> float:
     """Of the neutral, a reflectance of 0.08 · specular: 0.35 is dry skin, oil and the moisture of lips add to it."""
     value = 0.35 + 0.17 * oil(x, y, z) + 0.03 * fractal(x, y, z, 1.7, 3, texel, seed + 431)
@@ -35,7 +35,7 @@ def specular(x: float, y: float, z: float, texel: float, seed: int) -> float:
     return value - 0.08 * scalp(x, y, z) - 0.15 * density + 0.12 * lips(x, y, z)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def hollow(x: float, y: float, z: float) -> float:
     """What the hollows of the face keep of a highlight, 0..1: nostrils, the line of the lips, the crease of the lid."""
     if z < 5:

@@ -6,9 +6,9 @@ It lies where the albedo of :mod:`scenes.face.skin.albedo` has its pores.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from facezip.machine.kernels import inner, kernel
 from facezip.machine.rows import map_rows
 from scenes.face.features import LID_HALF_WIDTH, MOUTH_HALF_WIDTH, Rows
 from scenes.face.head import Head
@@ -48,7 +48,7 @@ class Ground:
         return Ground(texels, height, gloss, skin, seed)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _lay(
     top: int,
     bottom: int,
@@ -78,13 +78,13 @@ def _lay(
             gloss[j, i, 2] = 1 - hollow(x, y, z)
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _eye(dx: float, dy: float) -> float:
     """A ball is rounder than the mesh of the eye, which bulges from lid to lid alone; the cornea stands out of it."""
     return 0.10 * np.exp(-(dx * dx + dy * dy) / 0.5**2) - 0.16 * dx * dx
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _grain(x: float, y: float, z: float, texel: float, seed: int) -> float:
     """Pores, grain and creases of the lips, in cm."""
     cheek = bump(x, y, 2.2, -2.6, 2.0, 1.6)

@@ -1,10 +1,11 @@
 """Noise over the skin, in centimetres, faded out where it is finer than a texel."""
 
 import numpy as np
-from numba import njit
+
+from facezip.machine.kernels import inner, kernel
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def hashed(i: int, j: int, k: int, seed: int) -> float:
     """A number in [0, 1) for a lattice point, the same on every machine."""
     h = (i * 0x8DA6B343) ^ (j * 0xD8163841) ^ (k * 0xCB1AB31F) ^ (seed * 0x9E3779B1)
@@ -14,14 +15,14 @@ def hashed(i: int, j: int, k: int, seed: int) -> float:
     return (h ^ (h >> 15)) / 4294967296.0
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def smooth(low: float, high: float, x: float) -> float:
     """Hermite step from 0 at ``low`` to 1 at ``high``."""
     t = min(max((x - low) / (high - low), 0.0), 1.0)
     return t * t * (3 - 2 * t)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def value_noise(x: float, y: float, z: float, seed: int) -> float:
     """Smooth noise in [-1, 1] with features of one unit."""
     i, j, k = int(np.floor(x)), int(np.floor(y)), int(np.floor(z))
@@ -36,7 +37,7 @@ def value_noise(x: float, y: float, z: float, seed: int) -> float:
     return 2 * total - 1
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def fractal(x: float, y: float, z: float, wavelength: float, octaves: int, texel: float, seed: int) -> float:
     """Octaves of noise from a wavelength in cm downwards, each faded out as it nears two texels."""
     total, amplitude = 0.0, 1.0
@@ -50,7 +51,7 @@ def fractal(x: float, y: float, z: float, wavelength: float, octaves: int, texel
     return total
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def cells(x: float, y: float, z: float, size: float, seed: int) -> tuple[float, float]:
     """Distance (in cells) to the nearest of scattered points, one a cell of ``size`` cm, and that point's number."""
     x, y, z = x / size, y / size, z / size

@@ -7,10 +7,10 @@ Folds lie where :mod:`scenes.face.skin.wrinkles` darkens the albedo.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
+from facezip.machine.kernels import inner, kernel
 from facezip.machine.rows import map_rows
 from scenes.face.skin.ground import Ground
 from scenes.face.skin.sampling import TexelGrid, at_texel
@@ -61,7 +61,7 @@ def relief(ground: Ground, skin_strain: Strain) -> Relief:
     return Relief(slopes, *(np.ascontiguousarray(gloss[..., n : n + 1]) for n in range(3)))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _fold(
     top: int,
     bottom: int,
@@ -91,7 +91,7 @@ def _fold(
             gloss[j, i, 0] = min(max(rough, 0.1), 0.9)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _incline(
     top: int,
     bottom: int,
@@ -118,7 +118,7 @@ def _incline(
             out[j, i, 1] = _slope(height[above, i] - height[below, i], a, b)
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _slope(rise: float, a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
     way = np.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2 + (b[2] - a[2]) ** 2)
     return min(max(-rise / max(way, 1e-3), -STEEPEST), STEEPEST)

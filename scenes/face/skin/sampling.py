@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from facezip.machine.kernels import inner
 from scenes.face.chart import MARGIN
 from scenes.face.head import Head
 
@@ -41,7 +41,7 @@ def closed(head: Head, values: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.ascontiguousarray(np.concatenate([grid, grid[:, :1]], axis=1))
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def at_texel(grid: NDArray[np.float32], row: float, column: float, out: NDArray[np.float64]) -> None:
     """Bilinear interpolation of ``(rows, columns, C)`` into ``out``, ``(C,)``."""
     j = min(int(row), grid.shape[0] - 2)

@@ -1,9 +1,9 @@
 """What an expression does to the albedo: folds across the compression, and blood that is pressed in or out."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from facezip.machine.kernels import inner, kernel
 from facezip.machine.rows import map_rows
 from scenes.face.head import Head
 from scenes.face.skin.noise import smooth, value_noise
@@ -44,7 +44,7 @@ def _outer(line: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.stack([line[..., a] * line[..., b] for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))], axis=-1)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _fold(
     top: int,
     bottom: int,
@@ -77,13 +77,13 @@ def _fold(
             out[j, i, 2] = min(out[j, i, 2] * (1 - 1.02 * dark) * (1 - 0.20 * flush) * (1 + light + 0.06 * pale), 1.0)
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def depth_of(strength: float, compression: float) -> float:
     """How deep skin folds, 0..1, under a compression; a little of it raises no fold."""
     return strength * (1 - np.exp(-5.0 * max(compression - 0.035, 0.0)))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def folds(
     p: NDArray[np.float64], f: NDArray[np.float64], spacing: float, texel: float, seed: int
 ) -> tuple[float, float]:
@@ -120,7 +120,7 @@ def folds(
     return min(groove, 1.0), min(ridge, 1.0)
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def _smeared(
     x: float, y: float, z: float, d: tuple[float, float, float], reach: float, size: float, seed: int
 ) -> float:

@@ -1,18 +1,18 @@
 """Where on the face is what: soft zones over positions on the neutral head (cm, left side folded over)."""
 
 import numpy as np
-from numba import njit
 
+from facezip.machine.kernels import inner, kernel
 from scenes.face.skin.noise import smooth
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def bump(x: float, y: float, cx: float, cy: float, rx: float, ry: float) -> float:
     """One at a centre, falling off as a Gaussian; x is folded to the left side."""
     return np.exp(-(((abs(x) - cx) / rx) ** 2) - ((y - cy) / ry) ** 2)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def lips(x: float, y: float, z: float) -> float:
     """Vermilion of both lips, with the bow of Cupid."""
     if z < 5:
@@ -24,7 +24,7 @@ def lips(x: float, y: float, z: float) -> float:
     return smooth(0.10, -0.10, y - top) * smooth(-0.12, 0.12, y - bottom) * smooth(1.03, 0.93, s)
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def scalp(x: float, y: float, z: float) -> float:
     """The shaved scalp: above the hairline, before and behind the ears down to the nape."""
     front = 7.5 - 0.035 * x * x
@@ -40,7 +40,7 @@ def scalp(x: float, y: float, z: float) -> float:
     return smooth(-0.7, 0.9, y - line) * (1 - ear)
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def brow(x: float, y: float) -> tuple[float, float]:
     """How dense the hair of the brow is, and its direction: the angle (radians) of hairs to the horizontal."""
     a = abs(x)
@@ -55,7 +55,7 @@ def brow(x: float, y: float) -> tuple[float, float]:
     return smooth(1.25, 0.45, edge) * ends, 1.25 - 1.15 * t**0.6
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def redness(x: float, y: float, z: float) -> float:
     """Blood near the surface: cheeks, nose, lids, ears, chin; the forehead and the neck have less."""
     front = smooth(1.0, 5.0, z)
@@ -66,7 +66,7 @@ def redness(x: float, y: float, z: float) -> float:
     return front * (cheeks + nose + around) + ear
 
 
-@njit(cache=True, nogil=True)
+@inner()
 def propensity(x: float, y: float, z: float) -> tuple[float, float]:
     """How deep skin wrinkles here, 0..1, and how far apart (cm) its wrinkles lie: thick skin folds in long waves."""
     if z < 0.5:

@@ -45,7 +45,8 @@ def test_every_call_lowers_the_error_and_says_by_how_much():
         weights, value = solve_weights(system, weights)
         assert value == pytest.approx(float((2 * x * right - x * (dense @ x)).sum()), abs=1e-4)
         explained.append(value)
-    assert explained == sorted(explained)
+    # Once it is solved to single precision, rounding is all that moves.
+    assert np.diff(explained).min() > -1e-6 * max(explained)
 
 
 def test_ties_are_those_of_a_grid_with_its_neighbours():

@@ -9,39 +9,7 @@ import pytest
 from facezip.files.images import read_texture
 from render.exr import read_exr
 from render.plugin.reference import Reference
-
-HEAD = """
-import numpy as np
-import pytest
-
-def render(seed, gain=1.0):
-    rng = np.random.default_rng(seed)
-    image = np.zeros((24, 32, 3), np.float32)
-    image[4:20, 4:28] = gain * rng.gamma(100, 0.004, (16, 24, 1))
-    return image
-"""
-EQUAL = "def test_box(facezip_image):\n    facezip_image(render)\n"
-BRIGHTER = "def test_box(facezip_image):\n    facezip_image(lambda seed: render(seed, 1.03))\n"
-STEM = "test_it.test_box"
-
-
-@pytest.fixture
-def project(pytester):
-    """A foreign repository; returns a function that runs a test file in it, in this process."""
-
-    def run(body, *arguments):
-        pytester.makepyfile(test_it=HEAD + body)
-        return pytester.runpytest("-p", "no:cacheprovider", *arguments)
-
-    return run
-
-
-@pytest.fixture
-def generated(project, pytester):
-    """The same, with the reference of ``EQUAL`` in ``baseline``."""
-    project(EQUAL, "--facezip-generate", "baseline").assert_outcomes(skipped=1)
-    assert [path.name for path in (pytester.path / "baseline").iterdir()] == [f"{STEM}.exr"]
-    return project
+from tests.render.plugin.conftest import BRIGHTER, EQUAL, STEM
 
 
 def test_equal_renders_pass_and_leave_nothing(generated, pytester):

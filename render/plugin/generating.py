@@ -1,0 +1,90 @@
+"""New references, and what they change: every change that is accepted is shown with what was there before."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from facezip.errors import FaceZipError
+from render.plugin.baseline import Baseline
+from render.plugin.call import Call
+from render.plugin.ignoring import ignored_pixels
+from render.plugin.judging import Judged
+from render.plugin.labels import labelled
+from render.plugin.reference import Reference
+from render.plugin.sources import renders_of
+
+# References and tests never share a seed: their renders have to be independent.
+REFERENCE_SEED = 1_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Made:
+    """A reference that was written.
+
+    Attributes
+    ----------
+    path : its file.
+    told : what a result says of it: ``renders``; ``change``: ``new``, ``added`` beside or instead of others that stay,
+        ``changed`` or ``same``; ``before`` and ``after``: the sha256 of the image, before only where there was one.
+    before : the new image against the reference that was there, where it changed and can be compared.
+    """
+
+    path: Path
+    told: dict[str, Any]
+    before: Judged | None
+
+
+def generate(call: Call, baseline: Baseline, names: list[str], label: str, test: str, found: Judged | None) -> Made:
+    """Write the reference of an image.
+
+    Parameters
+    ----------
+    call : the image.
+    baseline : where references are.
+    names : of the references that the image may have now, the usual one first.
+    label : what the new one stands for; see :func:`render.plugin.labels.labelled`.
+    test : node id of the test.
+    found : the image as it was compared, where it was.
+
+    Raises
+    ------
+    FaceZipError
+        ``CANNOT_WRITE``, and what rendering raises.
+    """
+    renders = renders_of(call.source, range(REFERENCE_SEED, REFERENCE_SEED + call.reference_renders), call.spp)
+    height, width = renders.shape[1:3]
+    reference = Reference.of(renders, ignored_pixels(call.ignore, (height, width)))
+    target = labelled(names[0] if names else call.stem, label, call.variant)
+    was = target if target in baseline.names() else next(iter(names), None)
+    before = _digest(baseline, was)
+    if found is None and was is not None:
+        found = _compared(call, baseline, was, renders)
+    path = baseline.write(target, reference, "" if call.shared else test)
+    after = baseline.digest(target)
+    change = "new" if was is None else "added" if was != target else "same" if before == after else "changed"
+    told = {"renders": reference.renders, "change": change, "after": after}
+    if before and change != "same":
+        told["before"] = before
+    return Made(path, told, found if change in ("added", "changed") else None)
+
+
+def _digest(baseline: Baseline, name: str | None) -> str:
+    """Of the image that was there, if it can be read."""
+    try:
+        return baseline.digest(name) if name else ""
+    except FaceZipError:
+        return ""
+
+
+def _compared(call: Call, baseline: Baseline, name: str, renders: Any) -> Judged | None:
+    """The first of the new renders against what was there."""
+    try:
+        reference = baseline.read(name)
+        if reference.mean.shape != renders.shape[1:]:
+            return None
+        some = renders[: call.renders]
+        comparison = reference.compare(some, ignored_pixels(call.ignore, reference.mean.shape[:2]))
+        return Judged(reference, str(baseline.path(name)), comparison, call.level, len(some))
+    except FaceZipError:
+        # What cannot be read, or compared, is being replaced.
+        return None
