@@ -4,7 +4,6 @@ What a codec loses of one map, those that are stored after it make up for. So th
 differences are solved and stored one after the other, then the weight maps image by image, and again.
 """
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -28,25 +27,9 @@ from facezip.pack.quantise import quantise
 SMOOTHNESS = 1e-2
 ALTERNATIONS = 4
 
-# Weight maps ``(h, R, N, w)`` by tile.
-Weights = Mapping[int, NDArray[np.float32]]
-
-
-def start_coded(character: Character, differences: int, weight_scale: int) -> Weights:
-    """Weight maps before anything is coded: one start for all storages."""
-    slots, samples = min(differences, len(character.expressions)), _samples(character)
-    return {
-        tile: _mixed(fit_weights([*some.values()], slots, weight_scale, SMOOTHNESS)) for tile, some in samples.items()
-    }
-
 
 def fit_coded(
-    character: Character,
-    differences: int,
-    weight_scale: int,
-    storage: Storage,
-    alternations: int = ALTERNATIONS,
-    start: Weights | None = None,
+    character: Character, differences: int, weight_scale: int, storage: Storage, alternations: int = ALTERNATIONS
 ) -> CompressedTextures:
     """What a shader sees of the refined fit once it is stored.
 
@@ -58,36 +41,27 @@ def fit_coded(
     weight_scale : how many times smaller weight maps are.
     storage : the codecs to fit to.
     alternations : how often all maps are stored; a few are enough.
-    start : what :func:`start_coded` gave for as many differences and the same scale; None to compute it.
     """
-    start = start_coded(character, differences, weight_scale) if start is None else start
+    slots, factors = min(differences, len(character.expressions)), map_factors(character, {})
     parts: dict[Key, Part] = {}
     weights: dict[int, NDArray[np.float32]] = {}
-    for tile, samples in _samples(character).items():
-        maps, weights[tile] = _coded_tile(samples, start[tile].copy(), storage, alternations)
+    for tile in character.tiles:
+        tasks = {
+            kind: weighted_samples(character.stacks[kind.name, tile], factors[kind.name], beside=BESIDE_THE_FACE)
+            for kind in character.maps
+        }
+        maps, weights[tile] = _coded_tile(tasks, slots, weight_scale, storage, alternations)
         parts |= {(kind.name, tile): part for kind, part in maps.items()}
     return CompressedTextures("refined", character.expressions, character.maps, parts, weights, character.meshes)
 
 
-def _samples(character: Character) -> dict[int, dict[Map, Samples]]:
-    """The texels of every tile and map."""
-    factors = map_factors(character, {})
-    return {
-        tile: {
-            kind: weighted_samples(character.stacks[kind.name, tile], factors[kind.name], beside=BESIDE_THE_FACE)
-            for kind in character.maps
-        }
-        for tile in character.tiles
-    }
-
-
 def _coded_tile(
-    samples: dict[Map, Samples], weights: NDArray[np.float32], storage: Storage, alternations: int
+    samples: dict[Map, Samples], slots: int, weight_scale: int, storage: Storage, alternations: int
 ) -> tuple[dict[Map, Part], NDArray[np.float32]]:
-    """The maps of one tile, and the weight maps ``(N, h, w, R)`` that they share; ``weights`` are where it starts."""
+    """The maps of one tile, and the weight maps ``(N, h, w, R)`` that they share."""
     neutrals = {kind: storage.neutral(to_float(some.neutral), kind) for kind, some in samples.items()}
     samples = {kind: replace(some, neutral=_as_stored(neutrals[kind], some)) for kind, some in samples.items()}
-    slots = weights.shape[1]
+    weights = _mixed(fit_weights([*samples.values()], slots, weight_scale, SMOOTHNESS, effort="start"))
     for group in storage.groups(slots):
         weights[:, group] = _stored(weights[:, group], storage)
     textures = {kind: np.zeros((slots, *neutral.shape), np.float32) for kind, neutral in neutrals.items()}

@@ -23,8 +23,8 @@ class Row:
     bytes_on_gpu, bytes_bc7 : at 8 bits a channel, and with textures in BC7; without mip-maps.
     bits : of BC7 and weight maps, a texel and channel of the expressions; 3 decimals.
     fetches : textures that a shader reads for a pixel.
-    time : of the whole run as a multiple of reading and writing the same images, 1 decimal; empty where kernels were
-        compiled meanwhile.
+    cpu : processor time of the whole run as a multiple of that of reading and writing the same images, so that it
+        depends little on the machine and on what else it does; 1 decimal; empty where kernels were compiled meanwhile.
     versions : of what measured the row.
     command : after ``facezip``; ``scans`` is the character, ``me.facezip`` the pack.
     """
@@ -38,7 +38,7 @@ class Row:
     bytes_bc7: int
     bits: float
     fetches: int
-    time: float | None
+    cpu: float | None
     versions: str
     command: str
 
@@ -49,7 +49,7 @@ class Row:
 
 
 COLUMNS = tuple(field.name for field in fields(Row))
-DECIMALS = {"rmse": 4, "bits": 3, "time": 1}
+DECIMALS = {"rmse": 4, "bits": 3, "cpu": 1}
 
 
 def read_rows(path: Path) -> dict[str, Row]:
@@ -93,7 +93,7 @@ def _row(cells: Mapping[str, str]) -> Row:
         bytes_bc7=int(cells["bytes_bc7"]),
         bits=float(cells["bits"]),
         fetches=int(cells["fetches"]),
-        time=float(cells["time"]) if cells["time"] else None,
+        cpu=float(cells["cpu"]) if cells["cpu"] else None,
         versions=cells["versions"],
         command=cells["command"],
     )

@@ -12,9 +12,9 @@ from reports.rates.points import Pack, Textures
 # Rank, scale, and the codecs of textures and weight maps are chosen together: all of these are tried.
 RANKS, SCALES = (4, 6, 8), (4, 8, 16)
 RAW_RANKS = (1, 2, 3, 4, 6, 8)
-PACK_BLOCKS = ((5, 5), (6, 6), (8, 6), (8, 8), (10, 10), (12, 12))
-# Large weight maps of few bits a texel: one channel in ASTC, a quarter of a byte, half of BC4.
-FINE_SCALE, FINE_BLOCK = 4, (8, 8)
+PACK_BLOCKS = ((5, 5), (6, 6), (8, 6), (8, 8), (10, 8), (10, 10), (12, 12))
+# Large weight maps of few bits a texel: one channel in ASTC, two thirds and half of what BC4 takes.
+FINE_SCALE, FINE_BLOCKS = 4, ((8, 6), (8, 8))
 PAPER_RANK, PAPER_SCALE, PCA_RANKS = 4, 8, (4, 6, 8)
 # Uncompressed; textures of fewer channels cost no more than those.
 RAW = Storage(raw(3))
@@ -52,7 +52,7 @@ FAMILIES = {
 OURS = {"textures_astc": "refined_astc", "textures_bc": "refined_bc"}
 
 
-# Storages last: those of one rank and scale share a fit, or the start of one.
+# Storages last: where the codec is not in the loop, those of one rank and scale share a fit.
 def tried(character: Character, effort: str) -> list[Textures | Pack]:
     """Everything that is measured on a character; ``effort`` is that of the ASTC encoder, for all alike."""
     count = len(character.expressions)
@@ -101,4 +101,5 @@ def _coded(effort: str) -> Iterator[Storage]:
 
 def _fine(effort: str) -> Iterator[Storage]:
     for block in PACK_BLOCKS:
-        yield Storage(astc(block, effort), astc(FINE_BLOCK, effort, channels=1))
+        for fine in FINE_BLOCKS:
+            yield Storage(astc(block, effort), astc(fine, effort, channels=1))

@@ -14,7 +14,7 @@ from facezip.character.maps import Key
 from facezip.character.scans import Character
 from facezip.files.images import to_float
 from facezip.fit.choice import whole_error
-from facezip.fit.coded import Weights, coded_afterwards, fit_coded, start_coded
+from facezip.fit.coded import coded_afterwards, fit_coded
 from facezip.fit.methods import compress
 from facezip.fit.storage import Storage
 from facezip.pack.errors import Errors, model_errors, texture_errors
@@ -37,7 +37,7 @@ class Point:
     rmse : 0..255, of what the GPU's decoder gives back, over all maps (:func:`facezip.fit.choice.whole_error`).
     psnr : the same in dB; null where nothing is lost.
     errors : by map ``rmse``, or ``angular_error`` and ``angular_error_rms`` in degrees; means over expressions.
-    seconds : of fitting and coding.
+    seconds : of fitting and coding; of coding alone where the fit is that of the point before.
     differences, weight_scale, weights : of a pack; ``weights`` is the codec of its weight maps.
     """
 
@@ -91,28 +91,21 @@ class Pack:
 
     def measure(self, character: Character) -> Point:
         """Fit, code and decode."""
-        first, before = _first(character, self.method, self.differences, self.weight_scale, self.in_the_loop)
         begin = perf_counter()
-        if isinstance(first, CompressedTextures):
-            model = coded_afterwards(first, self.storage)
+        if self.in_the_loop:
+            model = fit_coded(character, self.differences, self.weight_scale, self.storage)
         else:
-            model = fit_coded(character, self.differences, self.weight_scale, self.storage, start=first)
-        seconds, size, cost = before + perf_counter() - begin, self.storage.bytes_of(model), model.footprint
+            model = coded_afterwards(_fitted(character, self.method, self.differences, self.weight_scale), self.storage)
+        seconds, size, cost = perf_counter() - begin, self.storage.bytes_of(model), model.footprint
         numbers = size, *_shares(character, size), cost.fetches, *_errors(model_errors(character, model)), seconds
         made = cost.differences, self.weight_scale, self.storage.weights.name
         return Point(self.family, self.storage.textures.name, *numbers, *made)
 
 
 @lru_cache(maxsize=1)
-def _first(
-    character: Character, method: str, differences: int, weight_scale: int, in_the_loop: bool
-) -> tuple[CompressedTextures | Weights, float]:
-    """What is alike for all codecs, a fit or the start of one, and the seconds that it took."""
-    begin = perf_counter()
-    if in_the_loop:
-        return start_coded(character, differences, weight_scale), perf_counter() - begin
-    fit = compress(character, method, differences=differences, weight_scale=weight_scale)
-    return fit, perf_counter() - begin
+def _fitted(character: Character, method: str, differences: int, weight_scale: int) -> CompressedTextures:
+    """One fit for all the codecs that are tried after it."""
+    return compress(character, method, differences=differences, weight_scale=weight_scale)
 
 
 def _shares(character: Character, size: int) -> tuple[float, float]:

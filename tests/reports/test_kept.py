@@ -25,7 +25,7 @@ ROW = Row(
     bytes_bc7=1_638_400,
     bits=0.833,
     fetches=6,
-    time=2.9,
+    cpu=2.9,
     versions="numpy 2, numba 1",
     command="compress scans -o me.facezip",
 )
@@ -55,7 +55,7 @@ def test_the_file_reads_back_as_it_is(tmp_path):
 
 
 def test_rows_stand_in_one_order_and_keep_their_cells(tmp_path):
-    rows = [ROW, replace(ROW, size=64, time=None), replace(ROW, method="paper", command='a, "b"')]
+    rows = [ROW, replace(ROW, size=64, cpu=None), replace(ROW, method="paper", command='a, "b"')]
     write_rows(tmp_path / "one.csv", rows)
     write_rows(tmp_path / "other.csv", reversed(rows))
     assert (tmp_path / "one.csv").read_bytes() == (tmp_path / "other.csv").read_bytes()
