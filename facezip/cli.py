@@ -1,13 +1,14 @@
 """The ``facezip`` command: one verb a module in ``facezip.commands``, errors as one line and an exit code."""
 
 import io
-import json
 import logging
 import sys
 from importlib import import_module
 
 import click
 
+from facezip.documents.document import to_json
+from facezip.documents.error import ErrorDocument, Fault
 from facezip.errors import ExitCode, FaceZipError
 from facezip.files.muting import muted_stderr
 from facezip.machine.progress import show_progress
@@ -29,6 +30,7 @@ VERBS = {
     "layers": "Make a page that shows what each layer, weight map and mask does.",
     "info": "Show what a pack holds and costs.",
     "verify": "Check every byte of a pack.",
+    "schema": "Print the JSON Schema of what a command prints with --json.",
     "paper": "Repeat the paper's table and figures, with our methods beside.",
     "rates": "Plot error against GPU memory, beside BC1, BC7 and ASTC.",
     "bench": "Measure what this project claims, on this machine.",
@@ -120,5 +122,5 @@ def _refused(code: str, message: str, status: int) -> int:
 def _answered(code: str, message: str, status: int) -> int:
     """The error for a program that asked for JSON; by the words as given, since they may be what is wrong."""
     if "--json" in sys.argv[1:]:
-        print(json.dumps({"error": {"code": code, "message": message}}, indent=1))
+        print(to_json(ErrorDocument(error=Fault(code=code, message=message))))
     return status

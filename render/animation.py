@@ -1,18 +1,27 @@
 """An animated blend, original against compressed: every frame on the same light paths, and the worst one named."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
 from facezip.character.maps import ALBEDO
 from facezip.machine.progress import track
-from facezip.pack.errors import Errors, texture_errors
+from facezip.pack.errors import MapErrors, texture_errors
 from facezip.pack.model import CompressedTextures
 from facezip.rigging.originals import BLEND, Originals
 from facezip.rigging.sequences import Pose
+from render.documents import (
+    AnimationConditions,
+    AnimationDocument,
+    Frame,
+    FrameMeans,
+    ImageMetrics,
+    RenderConditions,
+    TotalSeconds,
+    Versions,
+)
 from render.llvm import start
 from render.metrics import UNITS, Picture, compare, display, head_crop
 from render.paired import Images, PairedRenderer
@@ -22,7 +31,6 @@ from render.skins import upload
 from render.staging import Source, rendered_maps, staged, staged_topology
 from scenes.cameras import frame_of
 
-FORMAT = "facezip-animation/1"
 MEANS = ("texture_rmse", "image_rmse", "flip", "delta_e_mean", "delta_e_p95", "ssim")
 
 
@@ -32,11 +40,11 @@ class Film:
 
     Attributes
     ----------
-    document : plain data (``facezip-animation/1``).
+    document : what was measured.
     images : of every frame, the original first and the compressed second.
     """
 
-    document: dict[str, Any]
+    document: AnimationDocument
     images: list[Images]
 
 
@@ -69,7 +77,7 @@ def animate(originals: Originals, model: CompressedTextures, frames: Sequence[Po
         settings.transport,
     )
     face = face_triangles(originals.character)
-    found: list[dict[str, Any]] = []
+    found: list[Frame] = []
     images: list[Images] = []
     for pose in track(frames, "Rendering the animation", len(frames)):
         blend, compressed = originals.blended(pose.weights), _source(model, pose.weights)
@@ -79,18 +87,27 @@ def animate(originals: Originals, model: CompressedTextures, frames: Sequence[Po
         triangles, where = renderer.triangles(view), f"frame {len(found)}, {view.name} view"
         for picture in images[-1].linear:
             check_present(picture, triangles, face, where)
-        measured = {**_map_errors(texture_errors(blend, compressed)), **_measured(images[-1])}
-        found.append({"frame": len(found), "pose": pose.name, "weights": {**pose.weights}, **measured})
-    document = {
-        "format": FORMAT,
-        "character": originals.character.facts,
-        "original": originals.definition,
-        "conditions": {**versions, **_conditions(settings), "maps_rendered": rendered_maps(originals.character)},
-        "frames": found,
-        "means": _means(found),
-        "worst": max(found, key=lambda frame: frame["image_rmse"])["frame"],
-        "seconds": {"total": round(perf_counter() - begin, 2)},
-    }
+        errors = texture_errors(blend, compressed)
+        found.append(
+            Frame(
+                **vars(_measured(images[-1])),
+                texture_rmse=errors[ALBEDO].mean,
+                # Of one expression: means are its own.
+                map_errors={name: found.means for name, found in errors.items()},
+                frame=len(found),
+                pose=pose.name,
+                weights=pose.weights,
+            )
+        )
+    document = AnimationDocument(
+        character=originals.character.facts,
+        original=originals.definition,
+        conditions=_conditions(settings, versions, rendered_maps(originals.character)),
+        frames=found,
+        means=_means(found),
+        worst=max(found, key=lambda frame: frame.image_rmse).frame,
+        seconds=TotalSeconds(total=round(perf_counter() - begin, 2)),
+    )
     return Film(document, images)
 
 
@@ -99,31 +116,28 @@ def _source(model: CompressedTextures, weights: Mapping[str, float]) -> Source:
     return lambda _, key: model.texels(weights, key)
 
 
-def _map_errors(errors: Errors) -> dict[str, Any]:
-    """RMSE of the albedo, and of each map its RMSE or mean angle: there is one expression, so means are its own."""
-    numbers = {
-        name: {key: value for key, value in found.items() if not key.endswith("_per_expression")}
-        for name, found in errors.items()
-    }
-    return {"texture_rmse": errors[ALBEDO]["rmse"], "map_errors": numbers}
-
-
-def _means(frames: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _means(frames: Sequence[Frame]) -> FrameMeans:
     """Of every number of the frames."""
-    errors = [frame["map_errors"] for frame in frames]
-    maps = {
-        name: {key: float(np.mean([one[name][key] for one in errors])) for key in found}
-        for name, found in errors[0].items()
-    }
-    return {**{key: float(np.mean([frame[key] for frame in frames])) for key in MEANS}, "map_errors": maps}
+    maps = {name: _mean_errors([frame.map_errors[name] for frame in frames]) for name in frames[0].map_errors}
+    means = {key: float(np.mean([getattr(frame, key) for frame in frames])) for key in MEANS}
+    return FrameMeans(**means, map_errors=maps)
 
 
-def _measured(images: Images) -> dict[str, float | None]:
+def _mean_errors(errors: Sequence[MapErrors]) -> MapErrors:
+    def mean(key: str) -> float | None:
+        return None if getattr(errors[0], key) is None else float(np.mean([getattr(one, key) for one in errors]))
+
+    return MapErrors(
+        rmse=mean("rmse"), angular_error=mean("angular_error"), angular_error_rms=mean("angular_error_rms")
+    )
+
+
+def _measured(images: Images) -> ImageMetrics:
     crop, head = head_crop(images.coverage), images.coverage >= 0.5
     return compare(*(Picture(display(linear[crop]), head[crop]) for linear in images.linear))
 
 
-def _conditions(settings: Settings) -> dict[str, Any]:
-    plain = settings.resolved
-    kept = {key: plain[key] for key in ("spp", "seed", "resolution", "material", "transport")}
-    return {**kept, "views": plain["views"][:1], "lights": plain["lights"][:1], "units": UNITS}
+def _conditions(settings: Settings, versions: Versions, maps: Sequence[str]) -> AnimationConditions:
+    one = replace(settings, views=settings.views[:1], lights=settings.lights[:1])
+    kept = {key: getattr(one, key) for key in RenderConditions.__dataclass_fields__ if hasattr(one, key)}
+    return AnimationConditions(**vars(versions), **kept, units=UNITS, maps_rendered=maps)

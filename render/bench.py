@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from facezip.character.scans import Character
 from facezip.files.srgb import decode_srgb
 from facezip.machine.progress import track
+from render.documents import BothWays, RenderBench
 from render.llvm import start
 from render.mesh import HeadMesh
 from render.paired import PairedRenderer
@@ -29,16 +29,11 @@ class Pose:
     textures: Sequence[NDArray[np.float32]]
 
 
-def bench_render(character: Character, poses: Sequence[Pose], settings: Settings, repeats: int) -> dict[str, Any]:
+def bench_render(character: Character, poses: Sequence[Pose], settings: Settings, repeats: int) -> RenderBench:
     """Render every pose, view and light both ways, in turn, and compare the times.
 
     The naive way is a Mitsuba scene and a call of ``mi.render`` for each image; the paired way one renderer whose mesh
     moves. Both have compiled their kernels before.
-
-    Returns
-    -------
-    ``naive_s`` and ``paired_s`` (of the repeat of median speedup), ``speedup``, ``pairs_per_second``, ``images``,
-    and ``runs``.
     """
     start()
     looks = [(view, light) for view in settings.views for light in settings.lights]
@@ -53,11 +48,9 @@ def bench_render(character: Character, poses: Sequence[Pose], settings: Settings
     for _ in track(range(repeats), "Rendering both ways", repeats):
         naive, paired = (_timed(way, poses) for way in ways)
         pairs = len(poses) * len(looks) * packs
-        runs.append(
-            {"naive_s": naive, "paired_s": paired, "speedup": naive / paired, "pairs_per_second": pairs / paired}
-        )
-    by_speedup = sorted(runs, key=lambda run: run["speedup"])
-    return {**by_speedup[(repeats - 1) // 2], "images": len(poses) * len(looks) * (packs + 1), "runs": runs}
+        runs.append(BothWays(naive_s=naive, paired_s=paired, speedup=naive / paired, pairs_per_second=pairs / paired))
+    middle = sorted(runs, key=lambda run: run.speedup)[(repeats - 1) // 2]
+    return RenderBench(**vars(middle), images=len(poses) * len(looks) * (packs + 1), runs=runs)
 
 
 def _paired(

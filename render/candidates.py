@@ -1,20 +1,19 @@
 """What ``validate`` judges: packs, or other characters in their place."""
 
 from pathlib import Path
-from typing import Any
 
 from facezip.character.loading import load_character
-from facezip.character.maps import ALBEDO
 from facezip.character.scans import NEUTRAL, Character
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.pack.belonging import check_belongs
-from facezip.pack.errors import Errors, model_errors, texture_errors
+from facezip.pack.errors import model_errors, texture_errors
 from facezip.pack.facts import pack_facts
 from facezip.pack.footprint import Footprint, Texture
 from facezip.pack.model import CompressedTextures
 from facezip.pack.parsing import read_manifest
 from facezip.pack.read import read_pack
 from facezip.pack.verification import is_pack
+from render.documents import TextureFacts
 from render.staging import Source, staged
 from render.validation import Candidate
 
@@ -34,25 +33,21 @@ def candidate(character: Character, path: Path) -> Candidate:
         model = read_pack(path)
         check_belongs(character, model, path)
         facts = pack_facts(path, read_manifest(path))
-        return _candidate(path.stem, character, texels_of(model), facts, model_errors(character, model))
+        errors = model_errors(character, model)
+        return Candidate(path.stem, staged(character, texels_of(model)), facts, errors)
     other = load_character(path)
     check_belongs(character, other, path)
     cost = _footprint(other)
     raw, blocks = cost.bytes_raw, cost.bytes_raw_bc7
-    facts = {"method": "textures", "bytes_on_gpu": raw, "bytes_on_disk": None, "bytes_raw": raw, "fetches": None}
-    facts |= {"bytes_bc7": blocks, "bytes_raw_bc7": blocks}
-    return _candidate(other.name, character, other.texels, facts, texture_errors(character, other.texels))
+    costs = TextureFacts(
+        bytes_on_gpu=raw, bytes_on_disk=None, bytes_raw=raw, fetches=None, bytes_bc7=blocks, bytes_raw_bc7=blocks
+    )
+    return Candidate(other.name, staged(character, other.texels), costs, texture_errors(character, other.texels))
 
 
 def texels_of(model: CompressedTextures) -> Source:
     """The texels of a pack's expressions."""
     return lambda name, key: model.texels({} if name == NEUTRAL else {name: 1.0}, key)
-
-
-def _candidate(name: str, character: Character, texels: Source, facts: dict[str, Any], errors: Errors) -> Candidate:
-    albedo = errors[ALBEDO]
-    found = {"texture_rmse": albedo["rmse"], "texture_rmse_per_expression": albedo["rmse_per_expression"]}
-    return Candidate(name, staged(character, texels), {**facts, **found, "map_errors": errors})
 
 
 def _footprint(character: Character) -> Footprint:

@@ -1,8 +1,8 @@
 """How true the metrics of few samples are: their deviation from those of a converged render."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from facezip.character.scans import Character
 from facezip.machine.progress import track
 from render.bench import Pose, renderer_of
 from render.decision import of_halves, stream, without_bias
+from render.documents import Deviation, ImageMetrics, MetricsBench
 from render.metrics import METRICS, Picture, compare, display, head_crop
 from render.noise import Halves, debiased_rmse
 from render.paired import Images, PairedRenderer
@@ -23,15 +24,8 @@ HALF = 4
 BATCH = 64
 
 
-def bench_metrics(character: Character, poses: Sequence[Pose], settings: Settings, converged: int) -> dict[str, Any]:
-    """Measure every pose, view and light with ``settings.spp`` samples and with ``converged`` ones.
-
-    Returns
-    -------
-    ``deviation``: of each metric from the converged one, over all renders and packs, the mean and the largest
-    (relative for RMSE, FLIP, ΔE; absolute for SSIM), and of the 95th percentile with the bias of noise, ``_plain``;
-    ``render_s`` and ``metrics_s`` per render with ``settings.spp``.
-    """
+def bench_metrics(character: Character, poses: Sequence[Pose], settings: Settings, converged: int) -> MetricsBench:
+    """Measure every pose, view and light with ``settings.spp`` samples and with ``converged`` ones."""
     renderer = renderer_of(character, settings)
     seconds = {"render": 0.0, "metrics": 0.0}
     rows = []
@@ -42,14 +36,14 @@ def bench_metrics(character: Character, poses: Sequence[Pose], settings: Setting
         skins = [upload(SkinMaps(texture)) for texture in pose.textures]
         rows += _deviations(renderer, skins, view, light, settings, converged, seconds)
     metrics = {name: [row[name] for row in rows] for name in rows[0]}
-    return {
-        "deviation": {
-            name: {"mean": float(np.mean(values)), "largest": float(np.abs(values).max())}
+    return MetricsBench(
+        deviation={
+            name: Deviation(mean=float(np.mean(values)), largest=float(np.abs(values).max()))
             for name, values in metrics.items()
         },
-        "render_s": seconds["render"] / len(jobs),
-        "metrics_s": seconds["metrics"] / len(jobs),
-    }
+        render_s=seconds["render"] / len(jobs),
+        metrics_s=seconds["metrics"] / len(jobs),
+    )
 
 
 def _deviations(
@@ -76,10 +70,10 @@ def _deviations(
     head = halves.mean.coverage >= 0.5
     rows = []
     for k, (found, true) in enumerate(zip(_judged(few, measured), truth, strict=True), 1):
-        row = {name: found[name] / true[name] - 1 for name in METRICS if name != "ssim"}
-        row["delta_e_p95_plain"] = measured[k - 1]["delta_e_p95"] / true["delta_e_p95"] - 1
-        debiased = debiased_rmse(halves, k, head) / true["image_rmse"] - 1
-        rows.append({**row, "ssim": found["ssim"] - true["ssim"], "image_rmse_debiased": debiased})
+        row = {name: getattr(found, name) / getattr(true, name) - 1 for name in METRICS if name != "ssim"}
+        row["delta_e_p95_plain"] = measured[k - 1].delta_e_p95 / true.delta_e_p95 - 1
+        debiased = debiased_rmse(halves, k, head) / true.image_rmse - 1
+        rows.append({**row, "ssim": found.ssim - true.ssim, "image_rmse_debiased": debiased})
     return rows
 
 
@@ -90,16 +84,16 @@ def _mean_of(renders: Sequence[Images]) -> Images:
     return renders[0]
 
 
-def _compared(image: Images) -> list[dict[str, Any]]:
+def _compared(image: Images) -> list[ImageMetrics]:
     original, *others = _pictures(image, image)
     return [compare(original, other) for other in others]
 
 
-def _judged(few: Halves, measured: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def _judged(few: Halves, measured: list[ImageMetrics]) -> list[ImageMetrics]:
     """What ``validate`` makes of metrics of the mean: the deciding ones without the bias of noise."""
     first, second = (_pictures(half, few.mean) for half in (few.first, few.second))
     each = [of_halves(((first[0], one), (second[0], other))) for one, other in zip(first[1:], second[1:], strict=True)]
-    return [found | without_bias(found, halves) for found, halves in zip(measured, each, strict=True)]
+    return [replace(found, **without_bias(found, halves)) for found, halves in zip(measured, each, strict=True)]
 
 
 def _pictures(image: Images, shape: Images) -> list[Picture]:

@@ -6,12 +6,12 @@ scatter. Both are small where original and compressed textures are shaded on the
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
+from render.documents import ImageMetrics, Judgement
+from render.limits import DECIDING, Level, Thresholds
 from render.metrics import Picture, delta_e_local, delta_e_p95, mean_flip
-from render.verdict import DECIDING, Thresholds
 
 # Student's t for a two-sided interval of 95 % from two values.
 _REACH = 12.706
@@ -42,12 +42,12 @@ def of_halves(halves: Sequence[Half]) -> dict[str, list[float]]:
     return {name: [measure(*half) for half in halves] for name, measure in _MEASURES.items()}
 
 
-def without_bias(metrics: Mapping[str, float], of_each: Mapping[str, Sequence[float]]) -> dict[str, float]:
+def without_bias(metrics: ImageMetrics, of_each: Mapping[str, Sequence[float]]) -> dict[str, float]:
     """The deciding metrics of a render, :func:`unbiased` and at least 0."""
-    return {name: max(unbiased(metrics[name], halves), 0.0) for name, halves in of_each.items()}
+    return {name: max(unbiased(getattr(metrics, name), halves), 0.0) for name, halves in of_each.items()}
 
 
-def judge(metrics: Mapping[str, Any], halves: Sequence[Half], thresholds: Thresholds) -> dict[str, Any]:
+def judge(metrics: ImageMetrics, halves: Sequence[Half], thresholds: Thresholds) -> Judgement:
     """The deciding metrics without bias, the level that they have, their intervals, and whether both ends agree.
 
     Parameters
@@ -57,19 +57,19 @@ def judge(metrics: Mapping[str, Any], halves: Sequence[Half], thresholds: Thresh
     """
     of_each = of_halves(halves)
     values = without_bias(metrics, of_each)
-    found = {name: interval(metrics[name], each) for name, each in of_each.items()}
+    found = {name: interval(getattr(metrics, name), each) for name, each in of_each.items()}
     ends = [thresholds.level(*(found[name][end] for name in DECIDING)) for end in range(2)]
     level = thresholds.level(*(values[name] for name in DECIDING))
-    same = all(metrics[name] == 0 for name in DECIDING)
-    return {
+    same = all(getattr(metrics, name) == 0 for name in DECIDING)
+    return Judgement(
         **values,
-        "level": level if same else _acceptable(level),
-        "decided": _acceptable(ends[0]) == _acceptable(ends[1]),
-        "interval": {name: list(map(float, ends)) for name, ends in found.items()},
-    }
+        level=level if same else _acceptable(level),
+        decided=_acceptable(ends[0]) == _acceptable(ends[1]),
+        interval={name: (float(low), float(high)) for name, (low, high) in found.items()},
+    )
 
 
-def _acceptable(level: str) -> str:
+def _acceptable(level: Level) -> Level:
     """No limit divides identical from indistinguishable."""
     return "indistinguishable" if level == "identical" else level
 

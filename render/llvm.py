@@ -16,6 +16,7 @@ from pathlib import Path
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.machine.cores import cores
+from render.documents import Versions
 
 _log = logging.getLogger("facezip")
 
@@ -42,7 +43,7 @@ print(version[0].value)
 
 
 @cache
-def start() -> dict[str, str]:
+def start() -> Versions:
     """Choose an LLVM, set Mitsuba's variant, and return the versions that belong to every rendered number.
 
     A path in ``DRJIT_LIBLLVM_PATH`` comes first and must be usable; otherwise the library that the package
@@ -61,12 +62,12 @@ def start() -> dict[str, str]:
     drjit.set_thread_count(cores())
     mitsuba.set_variant(VARIANT)
     mitsuba.set_log_level(mitsuba.LogLevel.Error)
-    return {
-        "variant": VARIANT,
-        "mitsuba": mitsuba.__version__,
-        "drjit": drjit.__version__,
-        "llvm": ".".join(map(str, drjit.detail.llvm_version())),
-    }
+    return Versions(
+        variant=VARIANT,
+        mitsuba=mitsuba.__version__,
+        drjit=drjit.__version__,
+        llvm=".".join(map(str, drjit.detail.llvm_version())),
+    )
 
 
 def check_loaded() -> None:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from facezip.character.gltf import vertex_normals
 from facezip.files.obj import Topology
+from scenes.plugins import Plugin
 
 NAME = "head"
 
@@ -23,7 +24,7 @@ class HeadMesh:
     bsdf : a Mitsuba BSDF dict.
     """
 
-    def __init__(self, topology: Topology, bsdf: dict[str, Any]) -> None:
+    def __init__(self, topology: Topology, bsdf: Plugin) -> None:
         import mitsuba as mi
 
         corners = np.stack([topology.faces, topology.face_uv], axis=2).reshape(-1, 2)

@@ -13,6 +13,7 @@ from scipy.ndimage import uniform_filter
 
 from facezip.files.srgb import encode_srgb
 from render.colour import Colours, delta_e_2000, to_lab
+from render.documents import ImageMetrics
 from render.flip import Seen, flip, seen
 
 MARGIN = 12
@@ -76,20 +77,20 @@ def _span(indices: NDArray[np.intp], size: int) -> slice:
     return slice(max(int(indices[0]) - MARGIN, 0), min(int(indices[-1]) + 1 + MARGIN, size))
 
 
-def compare(original: Picture, other: Picture) -> dict[str, float | None]:
+def compare(original: Picture, other: Picture) -> ImageMetrics:
     """Every metric of ``other`` against ``original``, two pictures of the same crop."""
     head = original.head
     rmse = image_rmse(original.encoded[head], other.encoded[head])
     colour = delta_e_2000(original.lab, other.lab)
-    return {
-        "image_rmse": rmse,
-        "psnr": None if rmse == 0 else float(20 * np.log10(255 / rmse)),
-        "flip": mean_flip(original, other),
-        "delta_e_mean": float(colour.mean()),
-        "delta_e_p95": float(np.percentile(colour, 95)),
-        "delta_e_local": float(window_means(colour, head).max(initial=0)),
-        "ssim": float(ssim_map(original.encoded, other.encoded)[head].mean()),
-    }
+    return ImageMetrics(
+        image_rmse=rmse,
+        psnr=None if rmse == 0 else float(20 * np.log10(255 / rmse)),
+        flip=mean_flip(original, other),
+        delta_e_mean=float(colour.mean()),
+        delta_e_p95=float(np.percentile(colour, 95)),
+        delta_e_local=float(window_means(colour, head).max(initial=0)),
+        ssim=float(ssim_map(original.encoded, other.encoded)[head].mean()),
+    )
 
 
 def image_rmse(a: NDArray[np.float32], b: NDArray[np.float32]) -> float:

@@ -5,13 +5,12 @@ reaches to the side before it has fallen back as far: both hold for a whole bust
 unit. All else is proportion. Left is the character's left, +x.
 """
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from facezip.files.obj import Topology
+from render.documents import ErrorPlace
 from render.metrics import window_means
 
 # Side, height and depth of each region in half breadths of the face from the tip of the nose; the first that fits.
@@ -73,7 +72,7 @@ def _landmarks(vertices: NDArray[np.float32]) -> tuple[NDArray[np.float64], floa
 
 def locate(
     error: NDArray[np.float32], head: NDArray[np.bool_], regions: NDArray[np.int32]
-) -> tuple[dict[str, float], dict[str, Any] | None]:
+) -> tuple[dict[str, float], ErrorPlace | None]:
     """Which part of a face an error is on.
 
     Parameters
@@ -84,9 +83,7 @@ def locate(
 
     Returns
     -------
-    The 95th percentile of each region seen; and, where there is an error, the place where it is largest:
-    its ``region`` and that region's ``delta_e_p95``, and ``box``, first row and column, height and width of the
-    square in that region in which its error is largest.
+    The 95th percentile of each region seen; and, where there is an error, the place where it is largest.
     """
     labels = np.where(head, regions, -1)
     counts = np.bincount(labels[labels >= 0], minlength=len(NAMES))
@@ -101,13 +98,13 @@ def locate(
     row, column = np.unravel_index(np.where(inside, means, -1).argmax(), error.shape)
     worst = NAMES[labels[row, column]]
     box = _box(np.where(head, error, 0), labels == NAMES.index(worst))
-    return errors, {"region": worst, "delta_e_p95": errors[worst], "box": box}
+    return errors, ErrorPlace(region=worst, delta_e_p95=errors[worst], box=box)
 
 
-def _box(error: NDArray[np.float32], inside: NDArray[np.bool_]) -> list[int]:
+def _box(error: NDArray[np.float32], inside: NDArray[np.bool_]) -> tuple[int, int, int, int]:
     side = min(max(min(error.shape) // 4, 8), *error.shape)
     local = uniform_filter(error.astype(np.float32), side, mode="constant")
     row, column = np.unravel_index(np.where(inside, local, -1).argmax(), error.shape)
     top = min(max(int(row) - side // 2, 0), error.shape[0] - side)
     left = min(max(int(column) - side // 2, 0), error.shape[1] - side)
-    return [top, left, side, side]
+    return top, left, side, side

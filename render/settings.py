@@ -6,9 +6,10 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from facezip.documents.document import Toml
 from facezip.errors import ErrorCode, FaceZipError
+from render.limits import DEFAULT_THRESHOLDS, Limit, Thresholds
 from render.paired import TRANSPORTS, stratified
-from render.verdict import DEFAULT_THRESHOLDS, Limit, Thresholds
 from scenes.cameras import VIEWS, View
 from scenes.lights import RIGS
 from scenes.materials import MATERIALS
@@ -65,11 +66,9 @@ class Settings:
                 raise _bad(f"{name}: at least one is needed")
 
     @property
-    def resolved(self) -> dict[str, Any]:
-        """Every setting in plain data, as documents state it."""
-        plain = asdict(self)
-        plain["views"] = [{**view, "aim": list(view["aim"])} for view in plain["views"]]
-        return {**plain, "lights": list(self.lights), "max_spp": self.most}
+    def resolved(self) -> "Settings":
+        """Every setting, as documents state it."""
+        return replace(self, max_spp=self.most)
 
 
 def read_settings(path: Path | None, given: Mapping[str, Any]) -> Settings:
@@ -91,7 +90,7 @@ def read_settings(path: Path | None, given: Mapping[str, Any]) -> Settings:
     return settings
 
 
-def _parsed(path: Path) -> dict[str, Any]:
+def _parsed(path: Path) -> Toml:
     if not path.is_file():
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such settings; write them or leave --config out")
     try:

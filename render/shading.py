@@ -6,10 +6,10 @@ along u) that point away from the surface.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
-from scenes.materials import ROUGHNESS, SPECULAR
+from scenes.materials import BROAD, NARROW, NARROW_SHARE, ROUGHNESS, SPECULAR
 
 # How much of what a cavity takes from the highlight it takes from the diffuse light as well. Unreal's guide multiplies
 # both alike, Unity's digital human the highlight alone; light that scatters in the skin fills a pore with most of it.
@@ -26,12 +26,14 @@ class Finish:
     roughness : in [0, 1], the square root of the GGX distribution's α.
     specular : in [0, 1], a reflectance of 0.08 · specular at normal incidence.
     cavity : in [0, 1], the share of the highlight that comes out.
+    scattering : as ``normal``, for red, green and blue, blurred as far as each scatters; none where nothing scatters.
     """
 
     normal: Any = None
     roughness: Any = ROUGHNESS
     specular: Any = SPECULAR
     cavity: Any = 1.0
+    scattering: tuple[Any, ...] = ()
 
 
 # Of the directions to the eye and to the light and a point's finish: the cosine-weighted BSDF is albedo · the first
@@ -53,25 +55,54 @@ def principled(eye: Any, light: Any, finish: Finish) -> tuple[Any, Any]:
     Burley, "Physically Based Shading at Disney" (2012), as Mitsuba's ``principled`` has it without metal, tint,
     transmission, sheen and clear coat.
     """
+    lit = _Lit.of(eye, light, finish.normal)
+    return _diffuse(lit, eye, light, finish), _highlight(lit, eye, light, finish)
+
+
+def soft(eye: Any, light: Any, finish: Finish) -> tuple[Any, Any]:
+    """Two principled lobes, one narrower and one broader, over skin in which light scatters.
+
+    Light that scatters leaves the skin some way from where it entered, so that irradiance is blurred over the skin, red
+    most. Irradiance is to first order linear in the slopes of the surface; so the diffuse light of each channel is that
+    of normals that are blurred as far as the channel scatters (:attr:`Finish.scattering`). Without them, or where
+    the relief is flat, nothing scatters.
+    """
     import drjit as dr
     import mitsuba as mi
 
+    lobes = [
+        (share, replace(finish, roughness=dr.minimum(factor * finish.roughness, 1.0)))
+        for share, factor in ((1 - NARROW_SHARE, BROAD), (NARROW_SHARE, NARROW))
+    ]
     lit = _Lit.of(eye, light, finish.normal)
-    half = dr.normalize(eye + light)
-    between = dr.dot(half, light)
+    specular = sum(share * _highlight(lit, eye, light, lobe) for share, lobe in lobes)
+    blurred = [_Lit.of(eye, light, normal) for normal in finish.scattering] or [lit]
+    diffuse = [sum(share * _diffuse(one, eye, light, lobe) for share, lobe in lobes) for one in blurred]
+    return mi.Color3f(*diffuse) if finish.scattering else diffuse[0], specular
+
+
+def _diffuse(lit: "_Lit", eye: Any, light: Any, finish: Finish) -> Any:
+    import drjit as dr
+
     from_eye, from_light = _schlick(lit.to_eye), _schlick(lit.to_light)
-    retro = 2 * finish.roughness * dr.square(between)
+    retro = 2 * finish.roughness * dr.square(dr.dot(dr.normalize(eye + light), light))
     lobe = (1 - 0.5 * from_eye) * (1 - 0.5 * from_light)
     lobe += retro * (from_eye + from_light + from_eye * from_light * (retro - 1))
-    diffuse = lit.share * lit.to_light * _darkened(finish.cavity) * lobe / dr.pi
+    return lit.share * lit.to_light * _darkened(finish.cavity) * lobe / dr.pi
 
+
+def _highlight(lit: "_Lit", eye: Any, light: Any, finish: Finish) -> Any:
+    import drjit as dr
+    import mitsuba as mi
+
+    half = dr.normalize(eye + light)
     # F₀ = ((η - 1) / (η + 1))² = 0.08 · specular.
     eta = 2 / (1 - dr.sqrt(0.08 * finish.specular)) - 1
-    fresnel = mi.fresnel(between, eta)[0]
+    fresnel = mi.fresnel(dr.dot(half, light), eta)[0]
     alpha_2 = dr.square(dr.maximum(dr.square(finish.roughness), 1e-3))
     unmasked = _smith(lit.to_eye, alpha_2) * _smith(lit.to_light, alpha_2)
     highlight = fresnel * _ggx(half, lit.normal, alpha_2) * unmasked / (4 * lit.to_eye)
-    return diffuse, dr.select(lit.share > 0, lit.share * finish.cavity * highlight, 0.0)
+    return dr.select(lit.share > 0, lit.share * finish.cavity * highlight, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,4 +173,4 @@ def _tan_2(cosine: Any) -> Any:
 
 
 # By the names of :data:`scenes.materials.MATERIALS`.
-SHADINGS: dict[str, Shading] = {"skin": principled, "diffuse": matte}
+SHADINGS: dict[str, Shading] = {"skin": principled, "diffuse": matte, "soft": soft}

@@ -2,10 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,7 @@ from facezip.character.scans import NEUTRAL
 from facezip.files.obj import Topology
 from render.colour import delta_e_2000
 from render.decision import judge, stream
+from render.documents import ImageMetrics, PackRender, RmseFloor, Taken
 from render.metrics import Picture, compare, display, head_crop
 from render.noise import Halves, debiased_rmse, noise_floor
 from render.paired import Images, PairedRenderer
@@ -21,6 +21,7 @@ from render.presence import check_present
 from render.regions import face_regions, locate
 from render.settings import Settings
 from render.skins import Skin
+from render.store import RENDERS
 from scenes.cameras import View, frame_of
 
 
@@ -79,14 +80,14 @@ class Studio:
         """Move the head."""
         self._renderer.pose(vertices)
 
-    def take(self, shot: Shot, skins: Sequence[Skin]) -> tuple[dict[str, Any], Images]:
+    def take(self, shot: Shot, skins: Sequence[Skin]) -> tuple[Taken, Images]:
         """Render a posed shot with the original's and every candidate's skin, and measure it.
 
         Samples are doubled until no confidence interval of a deciding metric straddles a limit, or at their most.
 
         Returns
         -------
-        The shot's part of the document, and the images with all samples.
+        What was measured, and the images with all samples.
 
         Raises
         ------
@@ -99,15 +100,22 @@ class Studio:
             check_present(picture, triangles, self._face, f"{shot.expression}, {shot.view.name} view")
         regions = self._labels(triangles)
         packs = self._measured(halves, regions)
-        while not all(pack["decided"] for pack in packs) and 2 * spp <= self._settings.most:
+        while not all(pack.decided for pack in packs) and 2 * spp <= self._settings.most:
             halves, spp = halves.merged(self._round(shot, skins, spp)), 2 * spp
             packs = self._measured(halves, regions)
         head = halves.mean.coverage >= 0.5
-        floor = {"image_rmse": noise_floor(halves, head)}
-        place = {"expression": shot.expression, "view": shot.view.name, "light": shot.light}
-        return {**place, "spp": spp, "noise_floor": floor, "packs": packs}, halves.mean
+        taken = Taken(
+            expression=shot.expression,
+            view=shot.view.name,
+            light=shot.light,
+            spp=spp,
+            noise_floor=RmseFloor(image_rmse=noise_floor(halves, head)),
+            packs=packs,
+            exr=f"{RENDERS}/{shot.name}.exr",
+        )
+        return taken, halves.mean
 
-    def floor(self, shot: Shot, skins: Sequence[Skin]) -> dict[str, Any]:
+    def floor(self, shot: Shot, skins: Sequence[Skin]) -> ImageMetrics:
         """What noise alone does to every metric: the original against itself with other random numbers."""
         images = [self._round(shot, skins[:1], 0, repeat).mean for repeat in range(2)]
         begin = perf_counter()
@@ -129,7 +137,7 @@ class Studio:
         labels: NDArray[np.int32] = np.where(triangles >= 0, self._regions[triangles], -1).astype(np.int32)
         return labels
 
-    def _measured(self, halves: Halves, regions: NDArray[np.int32]) -> list[dict[str, Any]]:
+    def _measured(self, halves: Halves, regions: NDArray[np.int32]) -> list[PackRender]:
         begin = perf_counter()
         whole = halves.mean
         crop, head = head_crop(whole.coverage), whole.coverage >= 0.5
@@ -138,7 +146,7 @@ class Studio:
             for image in (whole, halves.first, halves.second)
         ]
 
-        def one(k: int) -> dict[str, Any]:
+        def one(k: int) -> PackRender:
             (original, *_), (first, *_), (second, *_) = shown
             other, *parts = (pictures[k] for pictures in shown)
             metrics = compare(original, other)
@@ -146,11 +154,12 @@ class Studio:
             errors[original.head] = delta_e_2000(original.lab, other.lab)
             by_region, worst = locate(errors, original.head, regions[crop])
             if worst:
-                worst["box"][0] += crop[0].start
-                worst["box"][1] += crop[1].start
-            found = {"image_rmse_debiased": debiased_rmse(halves, k, head), "regions": by_region, "where": worst}
+                top, left, *size = worst.box
+                worst = replace(worst, box=(top + crop[0].start, left + crop[1].start, *size))
             halves_of = list(zip((first, second), parts, strict=True))
-            return metrics | found | judge(metrics, halves_of, self._settings.thresholds)
+            judged = vars(judge(metrics, halves_of, self._settings.thresholds))
+            debiased = debiased_rmse(halves, k, head)
+            return PackRender(**vars(metrics) | judged, image_rmse_debiased=debiased, regions=by_region, where=worst)
 
         packs = list(self._pool.map(one, range(1, len(whole.linear))))
         self.seconds["metrics"] += perf_counter() - begin

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from facezip.files.srgb import decode_srgb
 from facezip.machine import memory
 from render.llvm import start
+from render.scattering import blurred_slopes
 from render.shading import Finish
 
 
@@ -46,9 +47,13 @@ RENDERED = tuple(field.name for field in fields(SkinMaps))
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """Maps as the kernel looks them up, by name: bilinear, clamped at their borders."""
+    """Maps as the kernel looks them up, by name: bilinear, clamped at their borders.
+
+    ``slopes`` are x/z and y/z of the normals that red, green and blue diffuse light follows, where it scatters.
+    """
 
     textures: Mapping[str, Any]
+    slopes: tuple[Any, ...] = ()
 
     @property
     def sizes(self) -> dict[str, tuple[int, int]]:
@@ -57,7 +62,7 @@ class Skin:
 
     def blackened(self) -> "Skin":
         """The same maps over an albedo of zero."""
-        return Skin({**self.textures, "albedo": _texture(np.zeros((1, 1, 3), np.float32))})
+        return Skin({**self.textures, "albedo": _texture(np.zeros((1, 1, 3), np.float32))}, self.slopes)
 
     def colour(self, uv: Any, active: Any) -> Any:
         """Linear albedo."""
@@ -75,14 +80,24 @@ class Skin:
             return Finish(**{name: number for name, (number,) in found.items()})
         x, y, z = found.pop("normal")
         normal = dr.normalize(mi.Vector3f(x, handed * y, z))
-        return Finish(normal, **{name: number for name, (number,) in found.items()})
+        blurred = zip(*(texture.eval(uv, active) for texture in self.slopes), strict=True)
+        scattering = tuple(dr.normalize(mi.Vector3f(a, handed * b, 1.0)) for a, b in blurred)
+        return Finish(normal, scattering=scattering, **{name: number for name, (number,) in found.items()})
 
 
-def upload(maps: SkinMaps) -> Skin:
-    """A skin for :meth:`render.paired.PairedRenderer.render`."""
+def upload(maps: SkinMaps, height: float | None = None) -> Skin:
+    """A skin for :meth:`render.paired.PairedRenderer.render`.
+
+    ``height`` is that of the head in sides of the UV square (:func:`render.scattering.spread`), where light scatters in
+    the skin, as in the material ``soft``.
+    """
     start()
     memory.let_go()
-    skin = Skin({name: _texture(_stored(name, values)) for name, values in maps.present.items()})
+    textures = {name: _texture(_stored(name, values)) for name, values in maps.present.items()}
+    slopes: tuple[Any, ...] = ()
+    if height is not None and maps.normal is not None:
+        slopes = tuple(_texture(values) for values in blurred_slopes(maps.normal, height))
+    skin = Skin(textures, slopes)
     memory.let_go()
     return skin
 

@@ -5,17 +5,30 @@ import json
 import os
 import shutil
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.documents.document import from_json, from_plain, to_json
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.writing import write_whole
+from render.documents import ImageMetrics, Taken
 from render.exr import write_exr
 
 RENDERS = "renders"
+M = TypeVar("M", Taken, ImageMetrics)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """A finished shot: a digest of all that made it, the length of its image, if it has one, and what was measured."""
+
+    digest: str
+    exr_bytes: int | None
+    measured: Any
 
 
 class ShotStore:
@@ -34,20 +47,20 @@ class ShotStore:
         self._places = [self._folder, *([earlier / RENDERS] if earlier else [])]
         self._names: set[str] = set()
 
-    def find(self, name: str, digest: str) -> dict[str, Any] | None:
-        """The measurements of a finished shot with this digest, or None."""
+    def find(self, name: str, digest: str, kind: type[M]) -> M | None:
+        """The measurements, of this kind, of a finished shot with this digest, or None."""
         for place in self._places:
-            record = _read(place / f"{name}.json")
-            if record.get("digest") == digest and _size(place / f"{name}.exr") == record.get("exr_bytes"):
+            measured = _read(place, name, digest, kind)
+            if measured is not None:
                 self._take_over(place, name)
-                return dict(record["measured"])
+                return measured
         return None
 
     def keep(
         self,
         name: str,
         digest: str,
-        measured: Mapping[str, Any],
+        measured: Taken | ImageMetrics,
         parts: Mapping[str, NDArray[np.float32]],
         conditions: Mapping[str, str],
     ) -> None:
@@ -63,8 +76,8 @@ class ShotStore:
         except OSError as error:
             reason = f"cannot write ({error.strerror}); check space and rights"
             raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{image}: {reason}") from None
-        record = {"digest": digest, "exr_bytes": _size(image) if parts else None, "measured": measured}
-        write_whole(self._folder / f"{name}.json", json.dumps(record, indent=1, allow_nan=False).encode())
+        record = Record(digest=digest, exr_bytes=_size(image) if parts else None, measured=measured)
+        write_whole(self._folder / f"{name}.json", to_json(record).encode())
 
     def prune(self) -> None:
         """Remove what belongs to no shot of this run."""
@@ -92,12 +105,13 @@ def digest_of(conditions: Mapping[str, Any], arrays: Iterable[NDArray[Any]]) -> 
     return digest.hexdigest()
 
 
-def _read(path: Path) -> dict[str, Any]:
+def _read(place: Path, name: str, digest: str, kind: type[M]) -> M | None:
     try:
-        record = json.loads(path.read_bytes())
+        record = from_json((place / f"{name}.json").read_bytes(), Record)
+        known = record.digest == digest and _size(place / f"{name}.exr") == record.exr_bytes
+        return from_plain(record.measured, kind) if known else None
     except (OSError, ValueError):
-        return {}
-    return record if isinstance(record, dict) else {}
+        return None
 
 
 def _size(path: Path) -> int | None:

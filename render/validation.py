@@ -2,31 +2,42 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
 from facezip.character.scans import NEUTRAL, Character, check_names
+from facezip.documents.document import plain
 from facezip.machine.cores import cores
 from facezip.machine.progress import task
+from facezip.pack.errors import Errors
+from facezip.pack.facts import PackFacts
+from render.documents import (
+    ImageMetrics,
+    Render,
+    RenderSeconds,
+    Taken,
+    TextureFacts,
+    ValidationConditions,
+    ValidationDocument,
+    Versions,
+)
 from render.flip import PIXELS_PER_DEGREE
+from render.limits import DECIDING
 from render.llvm import start
 from render.metrics import UNITS
 from render.paired import Images
 from render.presence import face_triangles
+from render.scattering import spread
 from render.settings import Settings
 from render.shots import Shot, Studio, looks, repeat_of
 from render.skins import Skin, SkinMaps, upload
 from render.staging import staged_original, staged_topology
-from render.store import RENDERS, ShotStore, digest_of
+from render.store import ShotStore, digest_of
 from render.summary import summarise
-from render.verdict import DECIDING
-
-FORMAT = "facezip-validation/3"
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,13 +48,14 @@ class Candidate:
     ----------
     name : of the pack or character.
     texture : gives the maps of a skin for an expression or ``"neutral"``.
-    facts : ``method``, ``bytes_on_gpu``, ``bytes_on_disk``, ``bytes_raw``, ``fetches``, ``texture_rmse`` and
-        ``texture_rmse_per_expression``.
+    facts : what it costs.
+    errors : of its textures, by map.
     """
 
     name: str
     texture: Callable[[str], SkinMaps]
-    facts: dict[str, Any]
+    facts: PackFacts | TextureFacts
+    errors: Errors
 
 
 @dataclass(frozen=True)
@@ -93,17 +105,13 @@ def validate(
     settings: Settings | None = None,
     earlier: Path | None = None,
     distribute: Callable[[Sequence[str]], Iterable[Filled]] = lambda _: (),
-) -> dict[str, Any]:
+) -> ValidationDocument:
     """Render the character with its own and each candidate's textures, and measure every difference.
 
     Writes ``folder/renders/EXPRESSION.VIEW.LIGHT.exr``, a part ``original`` and one a candidate, and its measurements
     beside it. Shots found there, or in the report ``earlier``, are not rendered again if nothing that made them
     changed. ``distribute`` is given all names, the neutral's too, and may have any of them filled by a :class:`Filler`
     elsewhere; what it leaves is rendered here.
-
-    Returns
-    -------
-    The document of the report: character, conditions, packs with means and worst renders, every render, timings.
 
     Raises
     ------
@@ -120,27 +128,30 @@ def validate(
         elsewhere = list(distribute((NEUTRAL, *character.expressions)))
         store = ShotStore(folder, earlier)
         run = _Run(character, candidates, settings, store, conditions, pool)
-        renders, floors = run.renders(), run.floors()
+        shots, floors = run.shots(), run.floors()
         run.finish()
     filled = [Filled(run.rendered, run.seconds), *elsewhere]
     rendered = sum(part.rendered for part in filled)
     seconds = {name: sum(part.seconds[name] for part in filled) for name in run.seconds}
-    for render in renders:
-        render["noise_floor"] = floors[render["view"], render["light"]] | render["noise_floor"]
+    renders = [_with_floor(shot, floors[shot.view, shot.light]) for shot in shots]
     total = perf_counter() - begin
-    return {
-        "format": FORMAT,
-        "character": character.facts,
-        "conditions": conditions,
-        "packs": [
-            summarise(k, candidate.name, candidate.facts, renders, settings.thresholds)
+    return ValidationDocument(
+        character=character.facts,
+        conditions=conditions,
+        packs=[
+            summarise(k, candidate.name, candidate.facts, candidate.errors, renders, settings.thresholds)
             for k, candidate in enumerate(candidates)
         ],
-        "renders": renders,
-        "rendered": rendered,
-        "seconds": {name: round(value, 2) for name, value in {**seconds, "total": total}.items()},
-        "pairs_per_second": round(rendered * len(candidates) / total, 2),
-    }
+        renders=renders,
+        rendered=rendered,
+        seconds=RenderSeconds(**{name: round(value, 2) for name, value in {**seconds, "total": total}.items()}),
+        pairs_per_second=round(rendered * len(candidates) / total, 2),
+    )
+
+
+def _with_floor(shot: Taken, floor: ImageMetrics) -> Render:
+    """The shot with the noise floor of its look, but for the image RMSE, of which it has its own."""
+    return Render(**{**vars(shot), "noise_floor": replace(floor, image_rmse=shot.noise_floor.image_rmse)})
 
 
 class _Run:
@@ -152,7 +163,7 @@ class _Run:
         candidates: list[Candidate],
         settings: Settings,
         store: ShotStore,
-        conditions: dict[str, Any],
+        conditions: ValidationConditions,
         pool: ThreadPoolExecutor,
     ) -> None:
         self.rendered = 0
@@ -166,7 +177,7 @@ class _Run:
     def seconds(self) -> dict[str, float]:
         return dict(self._studio.seconds) if self._studio else {"render": 0.0, "metrics": 0.0}
 
-    def renders(self) -> list[dict[str, Any]]:
+    def shots(self) -> list[Taken]:
         names = (NEUTRAL, *self._character.expressions)
         with task("Rendering", len(names) * len(list(looks(self._settings)))) as advance:
             found = []
@@ -175,17 +186,17 @@ class _Run:
                 advance()
         return found
 
-    def expression(self, name: str) -> Iterator[dict[str, Any]]:
+    def expression(self, name: str) -> Iterator[Taken]:
         skins = [self._original(name), *(candidate.texture(name) for candidate in self._candidates)]
         return self._shots([Shot(name, *look) for look in looks(self._settings)], skins)
 
-    def floors(self) -> dict[tuple[str, str], dict[str, Any]]:
+    def floors(self) -> dict[tuple[str, str], ImageMetrics]:
         """By view and light: every metric of the original neutral against itself with other random numbers."""
         skins = [self._original(NEUTRAL)]
-        inputs, posed, floors = self._inputs(NEUTRAL, skins), None, {}
+        inputs, posed, floors = self._inputs(NEUTRAL, skins), None, dict[tuple[str, str], ImageMetrics]()
         for shot in (repeat_of(*look) for look in looks(self._settings)):
             name, digest = f"{shot.view.name}.{shot.light}.floor", self._digest(shot, inputs)
-            floor = self._store.find(name, digest)
+            floor = self._store.find(name, digest, ImageMetrics)
             if floor is None:
                 posed = posed or self._posed(shot.expression, skins)
                 floor = posed[0].floor(shot, posed[1])
@@ -203,15 +214,14 @@ class _Run:
         self.settle()
         self._store.prune()
 
-    def _shots(self, shots: list[Shot], skins: list[SkinMaps]) -> Iterator[dict[str, Any]]:
+    def _shots(self, shots: list[Shot], skins: list[SkinMaps]) -> Iterator[Taken]:
         inputs, posed = self._inputs(shots[0].expression, skins), None
         for shot in shots:
             digest = self._digest(shot, inputs)
-            measured = self._store.find(shot.name, digest)
+            measured = self._store.find(shot.name, digest, Taken)
             if measured is None:
                 posed = posed or self._posed(shot.expression, skins)
                 measured, images = posed[0].take(shot, posed[1])
-                measured = {**measured, "exr": f"{RENDERS}/{shot.name}.exr"}
                 self._keep(shot, digest, measured, images)
                 self.rendered += 1
             yield measured
@@ -221,7 +231,12 @@ class _Run:
             neutral, face = self._character.meshes.neutral, face_triangles(self._character)
             self._studio = Studio(self._topology, neutral, face, self._settings, self._pool)
         self._studio.pose(self._character.mesh_vertices(name))
-        return self._studio, [upload(maps) for maps in skins]
+        return self._studio, [upload(maps, self._height) for maps in skins]
+
+    @property
+    def _height(self) -> float | None:
+        """Of the head on its chart, where light scatters in the skin."""
+        return spread(self._topology, self._character.meshes.neutral) if self._settings.material == "soft" else None
 
     def _inputs(self, name: str, skins: list[SkinMaps]) -> str:
         topology, character = self._topology, self._character
@@ -233,34 +248,34 @@ class _Run:
 
     def _digest(self, shot: Shot, inputs: str) -> str:
         # Other views, lights and expressions do not change this one.
-        settings = {key: value for key, value in self._conditions.items() if key not in ("views", "lights")}
+        settings = {key: value for key, value in plain(self._conditions).items() if key not in ("views", "lights")}
         look = {"view": vars(shot.view), "light": shot.light, "names": [one.name for one in self._candidates]}
-        return digest_of({"format": FORMAT, "inputs": inputs, **settings, **look}, ())
+        return digest_of({"format": ValidationDocument.format, "inputs": inputs, **settings, **look}, ())
 
-    def _keep(self, shot: Shot, digest: str, measured: dict[str, Any], images: Images) -> None:
+    def _keep(self, shot: Shot, digest: str, measured: Taken, images: Images) -> None:
         names = ["original", *(f"{k + 1} {candidate.name}" for k, candidate in enumerate(self._candidates))]
         alpha = images.coverage[:, :, None]
         parts = {
             name: np.concatenate([linear, alpha], axis=2) for name, linear in zip(names, images.linear, strict=True)
         }
-        facts = {"view": shot.view.name, "light": shot.light, "spp": str(measured["spp"])}
-        facts |= {key: str(self._conditions[key]) for key in ("seed", "material", "transport")}
+        facts = {"view": shot.view.name, "light": shot.light, "spp": str(measured.spp)}
+        facts |= {key: str(getattr(self._conditions, key)) for key in ("seed", "material", "transport")}
         self._writing.append(self._pool.submit(self._store.keep, shot.name, digest, measured, parts, facts))
         if len(self._writing) > 4:
             # Rendering must not run ahead of writing: every pending shot holds its images.
             self._writing[-5].result()
 
 
-def _conditions(character: Character, settings: Settings, versions: dict[str, str]) -> dict[str, Any]:
-    return {
-        **versions,
-        **settings.resolved,
-        "sampler": "multijitter, two independent halves",
-        "pixels_per_degree": PIXELS_PER_DEGREE,
-        "display": "linear radiance clipped to 0..1, sRGB-encoded",
-        "region": "pixels that the head fills at least half",
-        "texture_region": "the character's mask" if character.masked else "whole texture",
-        "confidence": "95 %, from two halves",
-        "debiased": ["image_rmse_debiased", *DECIDING],
-        "units": UNITS,
-    }
+def _conditions(character: Character, settings: Settings, versions: Versions) -> ValidationConditions:
+    return ValidationConditions(
+        **vars(versions),
+        **vars(settings.resolved),
+        sampler="multijitter, two independent halves",
+        pixels_per_degree=PIXELS_PER_DEGREE,
+        display="linear radiance clipped to 0..1, sRGB-encoded",
+        region="pixels that the head fills at least half",
+        texture_region="the character's mask" if character.masked else "whole texture",
+        confidence="95 %, from two halves",
+        debiased=["image_rmse_debiased", *DECIDING],
+        units=UNITS,
+    )

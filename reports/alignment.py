@@ -1,6 +1,7 @@
 """The contact sheet of ``facezip check``: every expression's texture, and where it lies off the neutral's."""
 
 from collections.abc import Sequence
+from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -57,11 +58,11 @@ def write_contact_sheet(path: Path, character: Character, found: Alignments) -> 
 
 
 def _panel(axis: Axes, character: Character, name: str, tile: int, alignment: Alignment, limit: float) -> Any:
-    over: dict[str, Any] = {"extent": (0, GRID, GRID, 0), "interpolation": "bilinear", "vmin": 0}
-    axis.imshow(_backdrop(character, name, tile), cmap="gray", vmax=1, **over)
+    show = partial(axis.imshow, extent=(0, GRID, GRID, 0), interpolation="bilinear", vmin=0)
+    show(_backdrop(character, name, tile), cmap="gray", vmax=1)
     # What is registered does not hide the skin.
     opacity = 0.85 * alignment.confidence * np.clip(alignment.length / (THRESHOLD * alignment.unit), 0, 1)
-    heat = axis.imshow(alignment.length, cmap=COLOUR_MAP, vmax=limit, alpha=opacity, **over)
+    heat = show(alignment.length, cmap=COLOUR_MAP, vmax=limit, alpha=opacity)
     some = slice(ARROWS // 2, None, ARROWS)
     rows, columns = np.mgrid[some.start : GRID : ARROWS, some.start : GRID : ARROWS]
     sure = alignment.confidence[some, some] > SURE

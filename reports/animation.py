@@ -1,15 +1,16 @@
 """The report of ``facezip animate``: the loop, the error over its frames, a contact sheet, and every number."""
 
 import base64
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from facezip.character.maps import ALBEDO
+from facezip.documents.document import Data, plain, to_json
 from facezip.files.writing import write_whole
+from render.documents import AnimationDocument
 from render.paired import Images
 from reports.conditions import condition_rows
+from reports.findings import Finding
 from reports.frames import Reel, moving, sheet
 from reports.maps import headline, headlines, unit
 from reports.metrics import METRICS, number
@@ -17,13 +18,11 @@ from reports.page import write_page
 from reports.plots import Axis, Label, Plot, dot, line
 from reports.sections import Section, Strip
 from reports.tables import Cell, Row, Table
-from reports.validation import strict
 
 PAGE, DATA, LOOP = "index.html", "animation.json", "animation.webp"
 SHOWN = ("texture_rmse", "image_rmse", "flip", "delta_e_p95", "ssim")
 # Columns of the contact sheet.
 COLUMNS = 8
-Document = Mapping[str, Any]
 
 
 def is_animation(folder: Path) -> bool:
@@ -31,7 +30,7 @@ def is_animation(folder: Path) -> bool:
     return (folder / DATA).is_file()
 
 
-def write_animation_report(document: Document, images: Sequence[Images], folder: Path) -> Path:
+def write_animation_report(document: AnimationDocument, images: Sequence[Images], folder: Path) -> Path:
     """Write ``index.html``, ``animation.json`` and ``animation.webp``.
 
     Parameters
@@ -44,15 +43,15 @@ def write_animation_report(document: Document, images: Sequence[Images], folder:
     -------
     The path of the page.
     """
-    data = strict(document)
+    data = plain(document)
     reel = Reel.of(images)
     loop = moving(reel)
     write_whole(folder / LOOP, loop)
-    write_whole(folder / DATA, json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False).encode())
+    write_whole(folder / DATA, to_json(document).encode())
     return write_page(
         folder / PAGE,
         "animation.html",
-        document={**data, "findings": _findings(data)},
+        document={**data, "findings": plain(_findings(data))},
         data_name=DATA,
         loop_name=LOOP,
         loop="data:image/webp;base64," + base64.b64encode(loop).decode("ascii"),
@@ -68,38 +67,38 @@ def write_animation_report(document: Document, images: Sequence[Images], folder:
     )
 
 
-def _findings(data: Document) -> list[dict[str, str]]:
+def _findings(data: Data) -> list[Finding]:
     worst, means, last = data["frames"][data["worst"]], data["means"], len(data["frames"]) - 1
     return [
-        {
-            "title": f"Worst frame: {worst['frame']} of 0..{last}, {worst['pose']}",
-            "here": f"{_numbers(worst)}. β: {_blend(worst)}.",
-        },
-        {"title": f"All {last + 1} frames in the mean", "here": f"{_numbers(means)}."},
-        {
-            "title": "The original",
-            "here": f"{data['original'][:1].upper()}{data['original'][1:]}. Both sides have the same geometry.",
-        },
+        Finding(
+            title=f"Worst frame: {worst['frame']} of 0..{last}, {worst['pose']}",
+            here=f"{_numbers(worst)}. β: {_blend(worst)}.",
+        ),
+        Finding(title=f"All {last + 1} frames in the mean", here=f"{_numbers(means)}."),
+        Finding(
+            title="The original",
+            here=f"{data['original'][:1].upper()}{data['original'][1:]}. Both sides have the same geometry.",
+        ),
     ]
 
 
-def _numbers(values: Mapping[str, Any]) -> str:
+def _numbers(values: Data) -> str:
     shown = [metric for metric in METRICS if metric.key in SHOWN]
     images = ", ".join(f"{metric.label} {metric.text(values[metric.key])}" for metric in shown)
     return "; ".join(filter(None, [images, headlines(values["map_errors"])]))
 
 
-def _blend(frame: Mapping[str, Any]) -> str:
+def _blend(frame: Data) -> str:
     return ", ".join(f"{name} {number(value, 2)}" for name, value in frame["weights"].items()) or "neutral"
 
 
-def _errors(data: Document) -> Section:
+def _errors(data: Data) -> Section:
     intro = "RMSE of a frame’s head pixels, 0 to 255."
     plots = ((_plot(data, 1200.0), _plot(data, 380.0)),)
     return Section("frames", "Frames", "Error over the frames", intro, plots=plots, tables=(_table(data),), folded=True)
 
 
-def _plot(data: Document, width: float) -> Plot:
+def _plot(data: Data, width: float) -> Plot:
     frames = data["frames"]
     left, right, top, bottom = 52.0, width - 12, 36.0, 300.0
     wide = width > 600
@@ -123,11 +122,11 @@ def _plot(data: Document, width: float) -> Plot:
     return Plot("", *frame, across.marks(), up.marks(), "Frame", "Image RMSE, of 255", tuple(marks), tuple(labels))
 
 
-def _table(data: Document) -> Table:
+def _table(data: Data) -> Table:
     shown = [metric for metric in METRICS if metric.key in SHOWN]
     maps = {name: found for name, found in data["means"]["map_errors"].items() if name != ALBEDO}
 
-    def cells(values: Mapping[str, Any]) -> tuple[Cell, ...]:
+    def cells(values: Data) -> tuple[Cell, ...]:
         errors = (number(headline(values["map_errors"][name]), 2) for name in maps)
         return tuple(map(Cell, [*(metric.text(values[metric.key]) for metric in shown), *errors]))
 
@@ -137,7 +136,7 @@ def _table(data: Document) -> Table:
     return Table("Every frame.", "Frame", (*(metric.label for metric in shown), *others), tuple(rows))
 
 
-def _contact_sheet(data: Document, reel: Reel) -> Section:
+def _contact_sheet(data: Data, reel: Reel) -> Section:
     count = len(data["frames"])
     # The lowest and the highest of every stretch would tell less: even steps, and the worst in the place of its next.
     chosen = [round(i * count / COLUMNS) for i in range(min(COLUMNS, count))]

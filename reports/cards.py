@@ -1,15 +1,36 @@
 """One card an expression: its renders, the worst of them first, with pictures and numbers."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
+from facezip.documents.document import Data
 from reports.images import ColourScale
 from reports.metrics import BY_KEY, Metric, floor_text
 from reports.pictures import HERO, OTHER, WORST, Pictures, Quality, embed
 
-Render = Mapping[str, Any]
+Render = Data
+
+
+@dataclass(frozen=True)
+class ViewData:
+    """What the page's script needs for one render: data URIs by pack, None where they are in the page already."""
+
+    label: str
+    exr: str
+    original: str | None
+    compressed: Sequence[str | None]
+    difference: Sequence[str | None]
+    floor: Sequence[str]
+    numbers: Sequence[Sequence[str]]
+
+
+@dataclass(frozen=True)
+class CardData:
+    """All that can be chosen on a card; ``pack`` is the headline pack's index."""
+
+    pack: int
+    views: Sequence[ViewData]
 
 
 @dataclass(frozen=True)
@@ -22,21 +43,21 @@ class View:
     floor: tuple[str, ...]
     numbers: tuple[tuple[str, ...], ...]
 
-    def data(self, shown: int | None = None) -> dict[str, Any]:
-        """What the page's script needs for this render; pictures of pack ``shown``, in the page already, are null."""
+    def data(self, shown: int | None = None) -> ViewData:
+        """The same; without pictures of pack ``shown``, which are in the page already."""
 
         def unless_shown(uris: tuple[str, ...]) -> list[str | None]:
             return [None if i == shown else uri for i, uri in enumerate(uris)]
 
-        return {
-            "label": self.label,
-            "exr": self.exr,
-            "original": None if shown is not None else self.pictures.original,
-            "compressed": unless_shown(self.pictures.compressed),
-            "difference": unless_shown(self.pictures.differences),
-            "floor": self.floor,
-            "numbers": self.numbers,
-        }
+        return ViewData(
+            label=self.label,
+            exr=self.exr,
+            original=None if shown is not None else self.pictures.original,
+            compressed=unless_shown(self.pictures.compressed),
+            difference=unless_shown(self.pictures.differences),
+            floor=self.floor,
+            numbers=self.numbers,
+        )
 
 
 @dataclass(frozen=True)
@@ -54,14 +75,13 @@ class Card:
         """Width and height of the widest picture."""
         return max((view.pictures.size for view in self.views), key=lambda size: size[0] / size[1])
 
-    def data(self) -> dict[str, Any]:
-        """All that can be chosen on the card; the first render with the headline pack is in the page itself."""
-        return {"pack": self.pack, "views": [view.data(None if i else self.pack) for i, view in enumerate(self.views)]}
+    def data(self) -> Data:
+        """What can be chosen; the first render with the headline pack is in the page itself."""
+        views = [view.data(None if i else self.pack) for i, view in enumerate(self.views)]
+        return asdict(CardData(self.pack, views))
 
 
-def make_cards(
-    document: Mapping[str, Any], folder: Path, pack: int, scale: ColourScale, metrics: Sequence[Metric]
-) -> list[Card]:
+def make_cards(document: Data, folder: Path, pack: int, scale: ColourScale, metrics: Sequence[Metric]) -> list[Card]:
     """The hero, and a card for each expression, worst first by image RMSE of the pack with index ``pack``.
 
     The hero is the worst render of all, embedded without loss. ``metrics`` are the columns of each card's numbers.
@@ -111,6 +131,6 @@ def _card(render: Render, pack: int, views: list[View], anchor: str) -> Card:
     return Card(render["expression"], anchor, error, pack, tuple(views))
 
 
-def place(where: Mapping[str, Any]) -> str:
+def place(where: Data) -> str:
     """View and light as a person reads them: ``front · studio``."""
     return " · ".join(str(where[key]) for key in ("view", "light") if where.get(key))

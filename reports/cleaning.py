@@ -1,14 +1,18 @@
 """What is measured for ``facezip bench clean``: scans and packs against the truth, before and after each step."""
 
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.scans import Character
 from facezip.cleaning.steps import STEPS, clean
+from facezip.documents.document import Document
 from facezip.files.images import to_float
 from facezip.fit.methods import compress
+from facezip.machine.conditions import Conditions
 from facezip.machine.progress import track
 from facezip.pack.quantise import quantise
 from scenes.character import Person, make_character
@@ -21,20 +25,55 @@ KEPT = tuple(STEPS[:count] for count in range(len(STEPS) + 1))
 Texture = NDArray[np.float32]
 
 
-def bench_clean(resolution: int, seed: int) -> dict[str, Any]:
-    """Errors to the truth, RMSE 0..255 inside the mask, by the last step taken: ``none``, and :data:`STEPS`.
+@dataclass(frozen=True, kw_only=True)
+class CleanErrors:
+    """RMSE to the truth, 0..255 inside the mask.
 
-    ``neutral`` is the neutral's, ``scans`` and ``pack`` are means over expressions, of what is compressed and of what
-    the refined method makes of it; ``detail`` is the power of the neutral above a quarter of the sampling frequency
-    over that of the true one.
+    Attributes
+    ----------
+    neutral : of the neutral.
+    scans, pack : means over expressions, of what is compressed and of what the refined method makes of it.
+    detail : the power of the neutral above a quarter of the sampling frequency over that of the true one.
     """
+
+    neutral: float
+    scans: float
+    pack: float
+    detail: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class CleanBenchConditions(Conditions):
+    """What was cleaned."""
+
+    character: str
+    resolution: tuple[int, int]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CleanBenchDocument(Document):
+    """What cleaning does to scans and packs, against the known truth.
+
+    Attributes
+    ----------
+    people : by seed, and by the last step taken: ``none``, then each of ``--clean``.
+    conditions : how it was measured.
+    """
+
+    format: Literal["facezip-bench-clean/1"] = "facezip-bench-clean/1"
+    people: Mapping[str, Mapping[str, CleanErrors]]
+    conditions: CleanBenchConditions
+
+
+def bench_clean(resolution: int, seed: int) -> dict[str, CleanErrors]:
+    """Errors to the truth by the last step taken: ``none``, and :data:`STEPS`."""
     person, scans = Person.make(resolution, seed), make_character(resolution, seed=seed)
     true = [person.texture(weights) for weights in expression_weights(len(scans.expressions), seed).values()]
     steps = track(KEPT, "Cleaning step by step", len(KEPT))
     return {steps_[-1] if steps_ else "none": _errors(clean(scans, steps_).character, person, true) for steps_ in steps}
 
 
-def _errors(scans: Character, person: Person, true: list[Texture]) -> dict[str, float]:
+def _errors(scans: Character, person: Person, true: list[Texture]) -> CleanErrors:
     stack, names = scans.first, scans.expressions
     model = quantise(compress(scans)).dequantised()
     key = (scans.maps[0].name, scans.tiles[0])
@@ -44,12 +83,12 @@ def _errors(scans: Character, person: Person, true: list[Texture]) -> dict[str, 
         return float(255 * np.sqrt(np.average(np.square(one - other).mean(axis=2), weights=stack.weight)))
 
     pairs = list(zip(names, stack.textures, true, strict=True))
-    return {
-        "neutral": rmse(neutral, person.albedo),
-        "scans": sum(rmse(to_float(texture), truth) for _, texture, truth in pairs) / len(pairs),
-        "pack": sum(rmse(model.texels({name: 1.0}, key), truth) for name, _, truth in pairs) / len(pairs),
-        "detail": _fine(neutral, stack.weight) / _fine(person.albedo, stack.weight),
-    }
+    return CleanErrors(
+        neutral=rmse(neutral, person.albedo),
+        scans=sum(rmse(to_float(texture), truth) for _, texture, truth in pairs) / len(pairs),
+        pack=sum(rmse(model.texels({name: 1.0}, key), truth) for name, _, truth in pairs) / len(pairs),
+        detail=_fine(neutral, stack.weight) / _fine(person.albedo, stack.weight),
+    )
 
 
 def _fine(image: Texture, mask: NDArray[np.float32]) -> float:

@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from facezip.pack.facts import several
+from facezip.documents.document import Data
+from facezip.pack.facts import maps_on_tiles
 from reports.metrics import FLOOR, METRICS, measured
 
 LABELS = {
@@ -33,7 +34,7 @@ LABELS = {
 }
 
 
-def condition_rows(document: Mapping[str, Any]) -> list[tuple[str, str]]:
+def condition_rows(document: Data) -> list[tuple[str, str]]:
     """Label and value of every condition of a document: character, rendering, versions, time; known ones first."""
     conditions = document["conditions"]
     others = [key for key in conditions if key not in LABELS and key != "units"]
@@ -49,16 +50,17 @@ def condition_rows(document: Mapping[str, Any]) -> list[tuple[str, str]]:
     return rows
 
 
-def _character(character: Mapping[str, Any]) -> str:
+def _character(character: Data) -> str:
     height, width = character["resolution"]
+    several = maps_on_tiles(len(character["maps"]), len(character["tiles"]))
     return (
-        f"{character['name']}: {len(character['expressions'])} expressions{several(character)}, {width} × {height} "
+        f"{character['name']}: {len(character['expressions'])} expressions{several}, {width} × {height} "
         f"texels, {character['channels']} channels, {character['vertices']:,} vertices, {character['triangles']:,} "
         "triangles"
     )
 
 
-def glossary(document: Mapping[str, Any]) -> list[tuple[str, str, str]]:
+def glossary(document: Data) -> list[tuple[str, str, str]]:
     """Label, meaning and unit of every metric that a document's packs have, and of the noise floor."""
     units = document["conditions"].get("units", {})
     units = units if isinstance(units, Mapping) else {}

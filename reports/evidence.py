@@ -42,7 +42,7 @@ def write_evidence(path: Path, made: Rigged) -> None:
         axis.set_axis_off()
     for m, (axis, name) in enumerate(zip(axes.flat, names, strict=False)):
         heat = _panel(axis, made, m)
-        axis.set_title(f"{name} {facts[name]['shown']:.2f}", color=INK, fontsize=6, pad=2)
+        axis.set_title(f"{name} {facts[name].shown:.2f}", color=INK, fontsize=6, pad=2)
     height = figure.get_figheight()
     figure.subplots_adjust(0.01, 0.7 / height, 0.99, 1 - 0.25 / height, 0.03, 0.2)
     bar = figure.colorbar(heat, cax=figure.add_axes((0.2, 0.45 / height, 0.6, 0.08 / height)), orientation="horizontal")

@@ -1,25 +1,22 @@
 """A page about experiments: its document as JSON, and the same numbers as findings, plots and tables."""
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
+from facezip.documents.document import Data, Document, plain, to_json
 from facezip.files.writing import write_whole
 from reports.conditions import condition_rows
 from reports.page import write_page
 from reports.sections import Section
-from reports.validation import strict
 
 PAGE = "index.html"
-Document = Mapping[str, Any]
 
 
 def write_experiments(
     folder: Path,
     data_name: str,
     document: Document,
-    sections: Callable[[Document], Sequence[Section]],
+    sections: Callable[[Data], Sequence[Section]],
     *,
     kicker: str,
     title: str,
@@ -40,8 +37,8 @@ def write_experiments(
     FaceZipError
         ``CANNOT_WRITE`` for the output.
     """
-    data = strict(document)
-    write_whole(folder / data_name, json.dumps(data, indent=1, allow_nan=False).encode())
+    data = plain(document)
+    write_whole(folder / data_name, to_json(document).encode())
     return write_page(
         folder / PAGE,
         "experiments.html",

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+
+from facezip.documents.document import Data
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class Metric:
             return "∞" if self.key == "psnr" else MISSING
         return number(value, self.digits)
 
-    def of(self, values: Mapping[str, Any]) -> str:
+    def of(self, values: Data) -> str:
         """The metric's value out of a document's numbers, as text; a dash where it was not measured."""
         return self.text(values[self.key]) if self.key in values else MISSING
 
@@ -105,7 +106,7 @@ def megabytes(count: float) -> str:
     return number(count / 1e6, 2)
 
 
-def noise_floors(entry: Mapping[str, Any]) -> Mapping[str, float]:
+def noise_floors(entry: Data) -> Mapping[str, float]:
     """Noise floors by metric of a pack or a render; a single number is that of the image RMSE."""
     floors = entry.get("noise_floor_per_metric", entry.get("noise_floor"))
     if isinstance(floors, Mapping):
@@ -113,13 +114,13 @@ def noise_floors(entry: Mapping[str, Any]) -> Mapping[str, float]:
     return {} if floors is None else {"image_rmse": floors}
 
 
-def floor_text(metric: Metric, entry: Mapping[str, Any]) -> str:
+def floor_text(metric: Metric, entry: Data) -> str:
     """The noise floor of a metric as text; nothing where it was not measured."""
     floors = noise_floors(entry)
     return metric.of(floors) if metric.key in floors else ""
 
 
-def measured(metrics: Iterable[Metric], entries: Iterable[Mapping[str, Any]]) -> tuple[Metric, ...]:
+def measured(metrics: Iterable[Metric], entries: Iterable[Data]) -> tuple[Metric, ...]:
     """The metrics that at least one of the entries has."""
     keys = {key for entry in entries for key in entry}
     return tuple(metric for metric in metrics if metric.key in keys)

@@ -1,14 +1,14 @@
 """The pictures of a validation: every render and every pack's difference, cropped and encoded to be embedded."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.documents.document import Data
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.machine.progress import track
 from render.exr import read_exr
@@ -40,7 +40,7 @@ class Pictures:
     size: tuple[int, int]
 
 
-def crops(renders: Sequence[Mapping[str, Any]], folder: Path) -> dict[str, Crop]:
+def crops(renders: Sequence[Data], folder: Path) -> dict[str, Crop]:
     """One crop a view, which holds the head in every expression: pictures of a view can be compared by position."""
     with ThreadPoolExecutor(WORKERS) as pool:
         reading = pool.map(lambda render: read_coverage(folder / render["exr"]), renders)
@@ -52,13 +52,11 @@ def crops(renders: Sequence[Mapping[str, Any]], folder: Path) -> dict[str, Crop]
     }
 
 
-def embed(
-    jobs: Sequence[tuple[Mapping[str, Any], Quality]], folder: Path, packs: int, scale: ColourScale
-) -> list[Pictures]:
+def embed(jobs: Sequence[tuple[Data, Quality]], folder: Path, packs: int, scale: ColourScale) -> list[Pictures]:
     """Encode renders of a document, each with its quality; raises what :func:`render.exr.read_exr` raises."""
     frames = crops([render for render, _ in jobs], folder)
 
-    def one(job: tuple[Mapping[str, Any], Quality]) -> Pictures:
+    def one(job: tuple[Data, Quality]) -> Pictures:
         render, quality = job
         return _pictures(folder / render["exr"], frames[render["view"]], packs, scale, quality)
 

@@ -1,10 +1,10 @@
 """Where on the face a pack differs: the worst place magnified, and the worst of every region."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
+from facezip.documents.document import Data
 from render.exr import read_exr
 from reports.cards import place
 from reports.images import ColourScale, data_uri, difference, display, to_bytes
@@ -26,12 +26,12 @@ class Place:
     difference: str
 
 
-def worst_places(packs: Sequence[Mapping[str, Any]], folder: Path, scale: ColourScale) -> list[Place]:
+def worst_places(packs: Sequence[Data], folder: Path, scale: ColourScale) -> list[Place]:
     """One place a pack, of those that differ anywhere; raises what :func:`render.exr.read_exr` raises."""
     return [_place(k, pack, folder, scale) for k, pack in enumerate(packs) if pack.get("worst_place")]
 
 
-def _place(k: int, pack: Mapping[str, Any], folder: Path, scale: ColourScale) -> Place:
+def _place(k: int, pack: Data, folder: Path, scale: ColourScale) -> Place:
     found = pack["worst_place"]
     top, left, height, width = found["box"]
     parts = [part[top : top + height, left : left + width] for part in read_exr(folder / found["exr"]).values()]
@@ -48,7 +48,7 @@ def _place(k: int, pack: Mapping[str, Any], folder: Path, scale: ColourScale) ->
     )
 
 
-def region_table(packs: Sequence[Mapping[str, Any]]) -> Table | None:
+def region_table(packs: Sequence[Data]) -> Table | None:
     """Regions by packs: the worst render of each, the first pack's worst region first; None where none was measured."""
     regions = dict.fromkeys(name for pack in packs for name in pack.get("regions", {}))
     if not regions:
@@ -58,13 +58,13 @@ def region_table(packs: Sequence[Mapping[str, Any]]) -> Table | None:
     return Table(caption, "Region", tuple(pack["name"] for pack in packs), rows)
 
 
-def _cell(worst: Mapping[str, Any] | None) -> Cell:
+def _cell(worst: Data | None) -> Cell:
     if worst is None:
         return Cell("–", "not seen")
     return Cell(BY_KEY["delta_e_p95"].text(worst["value"]), f"{worst['expression']} · {place(worst)}")
 
 
-def limits_of(conditions: Mapping[str, Any]) -> list[tuple[str, str]]:
+def limits_of(conditions: Data) -> list[tuple[str, str]]:
     """The levels of the verdict and what each means in numbers, for a document that states its limits."""
     limits = conditions.get("thresholds")
     if not limits:
@@ -76,7 +76,7 @@ def limits_of(conditions: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [("indistinguishable", low), ("visible", high), ("fails", "beyond")]
 
 
-def tally(pack: Mapping[str, Any]) -> str:
+def tally(pack: Data) -> str:
     """How many renders have which level, and whether noise left any of them open."""
     counts = ", ".join(f"{count} {level}" for level, count in pack.get("levels", {}).items())
     doubt = "" if pack.get("decided", True) else "; some too close to a limit to tell"

@@ -1,11 +1,16 @@
 """The report of ``facezip bench scaling``: what a megatexel costs at every size, part by part."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Literal
 
+from facezip.documents.document import Data, Document, plain
+from facezip.fit.timing import CompressBench
+from facezip.machine.conditions import Conditions
 from reports.experiments import write_experiments
+from reports.findings import Finding
 from reports.metrics import number
 from reports.plots import Axis, Mark, Plot, dot, line
 from reports.sections import Section
@@ -24,15 +29,78 @@ PARTS = {
     "check": ("Check registration", "open-square", "rival-2"),
     "io": ("Its images alone", "open-diamond", "rival-1"),
 }
-Size = Mapping[str, Any]
+Size = Data
 
 
-def write_scaling_report(document: Mapping[str, Any], folder: Path) -> Path:
+@dataclass(frozen=True, kw_only=True)
+class ScalingSize(CompressBench):
+    """One size.
+
+    Attributes
+    ----------
+    resolution : side of the textures.
+    seconds_per_megatexel : of the whole run.
+    alternations : of the fit.
+    alternation_s : seconds of one.
+    """
+
+    resolution: int
+    seconds_per_megatexel: float
+    alternations: int
+    alternation_s: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScalingConditions(Conditions):
+    """What was compressed, and how it was measured."""
+
+    character: str
+    expressions: int
+    seed: int
+    memory: str
+    method: str
+    statistic: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Heading:
+    """What the page is called."""
+
+    name: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScalingDocument(Document):
+    """How the time to compress grows with the size of the textures, as it stands in ``scaling.json``.
+
+    Attributes
+    ----------
+    character : the heading of the page.
+    sizes : ascending.
+    factor : the dearest megatexel over the cheapest.
+    conditions : how it was measured.
+    findings : in words; in the file alone.
+    command : which makes the report again.
+    output, report : the folder and the page; not in the file.
+    """
+
+    format: Literal["facezip-scaling/1"] = "facezip-scaling/1"
+    character: Heading
+    sizes: Sequence[ScalingSize]
+    factor: float
+    conditions: ScalingConditions
+    command: str
+    findings: Sequence[Finding] | None = None
+    output: str | None = None
+    report: str | None = None
+
+
+def write_scaling_report(document: ScalingDocument, folder: Path) -> Path:
     """Write ``scaling.json`` and the page ``index.html`` that shows the same numbers; returns the page's path.
 
     Parameters
     ----------
-    document : ``facezip-scaling/1``, as ``facezip bench scaling`` makes it.
+    document : as ``facezip bench scaling`` makes it.
     folder : where both files go, each whole or not at all.
 
     Raises
@@ -43,35 +111,35 @@ def write_scaling_report(document: Mapping[str, Any], folder: Path) -> Path:
     return write_experiments(
         folder,
         DATA,
-        {**document, "findings": _findings(document)},
+        replace(document, findings=_findings(plain(document))),
         lambda data: [_section(data["sizes"])],
         kicker="How the time to compress grows with the size of the textures",
         title="Seconds per megatexel, by FaceZip",
     )
 
 
-def _findings(document: Mapping[str, Any]) -> list[dict[str, str]]:
+def _findings(document: Data) -> list[Finding]:
     sizes = document["sizes"]
     costs = [one["seconds_per_megatexel"] for one in sizes]
     ratios = [one["ratio"] for one in sizes]
     rounds, small, large = [_cost(one, "alternation") for one in sizes], sizes[0], sizes[-1]
     return [
-        {
-            "title": "An alternation of the fit",
-            "here": f"It costs {number(min(rounds), 3)} to {number(max(rounds), 3)} seconds a megatexel, a factor of "
+        Finding(
+            title="An alternation of the fit",
+            here=f"It costs {number(min(rounds), 3)} to {number(max(rounds), 3)} seconds a megatexel, a factor of "
             f"{number(max(rounds) / min(rounds), 2)}; there are {small['alternations']} at {small['resolution']}² and "
             f"{large['alternations']} at {large['resolution']}².",
-        },
-        {
-            "title": f"From {sizes[0]['resolution']}² to {sizes[-1]['resolution']}²",
-            "here": f"A megatexel of every texture costs {number(min(costs), 2)} to {number(max(costs), 2)} seconds: "
+        ),
+        Finding(
+            title=f"From {sizes[0]['resolution']}² to {sizes[-1]['resolution']}²",
+            here=f"A megatexel of every texture costs {number(min(costs), 2)} to {number(max(costs), 2)} seconds: "
             f"the dearest {number(document['factor'], 2)} times the cheapest.",
-        },
-        {
-            "title": "Beside its images",
-            "here": f"The whole run takes {number(min(ratios), 2)} to {number(max(ratios), 2)} times as long as "
+        ),
+        Finding(
+            title="Beside its images",
+            here=f"The whole run takes {number(min(ratios), 2)} to {number(max(ratios), 2)} times as long as "
             "decoding and encoding the same images.",
-        },
+        ),
     ]
 
 

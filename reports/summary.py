@@ -1,15 +1,17 @@
 """The numbers of a validation as tiles, tables and bars."""
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
 
+from facezip.documents.document import Data
+from facezip.pack.facts import maps_on_tiles
 from reports.cards import place
 from reports.figures import BarChart, Series, lying_bars, upright_bars
 from reports.metrics import BY_KEY, METRICS, MISSING, Metric, floor_text, measured, megabytes, noise_floors, number
 from reports.tables import Cell, Row, Table
 
-Pack = Mapping[str, Any]
+Pack = Data
 
 
 def headline(packs: Sequence[Pack]) -> int:
@@ -17,7 +19,7 @@ def headline(packs: Sequence[Pack]) -> int:
     return min(range(len(packs)), key=lambda index: packs[index]["image_rmse"])
 
 
-def distinctly_named(packs: Sequence[Pack]) -> list[dict[str, Any]]:
+def distinctly_named(packs: Sequence[Pack]) -> list[Data]:
     """The packs with their method added to names that occur twice, and a number where that is not enough."""
     names = [pack["name"] for pack in packs]
     labels = [
@@ -107,7 +109,17 @@ def _direction(metric: Metric, pack: Pack, with_floor: bool = False) -> str:
     return ", ".join(filter(None, (metric.unit, better, f"noise floor {floor}" if floor else "")))
 
 
-def error_bars(document: Mapping[str, Any], order: Sequence[str]) -> dict[str, Any] | None:
+@dataclass(frozen=True)
+class ErrorBars:
+    """A chart of errors as a wide page and a telephone show it, and the same as a table."""
+
+    series: Sequence[Series]
+    wide: BarChart
+    narrow: BarChart
+    table: Table
+
+
+def error_bars(document: Data, order: Sequence[str]) -> ErrorBars | None:
     """The paper's Figure 6: texture RMSE of each expression and method, as a wide and a narrow chart."""
     series = _series(document)
     measured_somewhere = {name for one in series for name in one.values}
@@ -118,10 +130,10 @@ def error_bars(document: Mapping[str, Any], order: Sequence[str]) -> dict[str, A
     narrow: BarChart = lying_bars(groups, series)
     rows = tuple(Row(group, tuple(_error_cell(one, group) for one in series)) for group in groups)
     table = Table("Texture RMSE of 255, per expression.", "Expression", tuple(one.name for one in series), rows)
-    return {"series": series, "wide": wide, "narrow": narrow, "table": table}
+    return ErrorBars(series, wide, narrow, table)
 
 
-def _series(document: Mapping[str, Any]) -> list[Series]:
+def _series(document: Data) -> list[Series]:
     methods = [(pack, f"pack-{i % 4}") for i, pack in enumerate(document["packs"])]
     methods += [(rival, f"rival-{i % 4}") for i, rival in enumerate(document.get("baselines", []))]
     return [
@@ -136,7 +148,7 @@ def _error_cell(series: Series, group: str) -> Cell:
     return Cell(BY_KEY["texture_rmse"].text(values[group]) if group in values else MISSING)
 
 
-def memory_table(document: Mapping[str, Any]) -> Table:
+def memory_table(document: Data) -> Table:
     """What each way of storing the character's textures costs at run time and on disk."""
     packs = document["packs"]
     raw = packs[0]["bytes_raw"]
@@ -151,14 +163,13 @@ def memory_table(document: Mapping[str, Any]) -> Table:
     columns = ("GPU memory, MB", "Saving", "On disk, MB", "Fetches a pixel", "Texture RMSE")
     height, width = document["character"]["resolution"]
     count = len(document["character"]["expressions"])
-    maps, places = (len(document["character"].get(key, [0])) for key in ("maps", "tiles"))
-    several = f", {maps} map{'s' * (maps > 1)} on {places} tile{'s' * (places > 1)}" if maps * places > 1 else ""
+    several = maps_on_tiles(*(len(document["character"].get(key, [0])) for key in ("maps", "tiles")))
     sizes = f"{width} × {height} texels{several}, at 8 bits a channel"
     caption = f"{count} expressions and the neutral, {sizes}; 1 MB is 10⁶ bytes."
     return Table(caption, "Stored as", columns, tuple(rows))
 
 
-def _memory_row(entry: Mapping[str, Any], raw: float, ours: bool) -> Row:
+def _memory_row(entry: Data, raw: float, ours: bool) -> Row:
     on_gpu, on_disk = entry["bytes_on_gpu"], entry.get("bytes_on_disk")
     cells = (
         Cell(megabytes(on_gpu), share=on_gpu / raw),

@@ -1,14 +1,10 @@
 """The report of ``facezip validate``: verdict first, worst expression first, every number with its conditions."""
 
-import json
-import math
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-
+from facezip.documents.document import Data, plain, to_json
 from facezip.files.writing import write_whole
+from render.documents import ValidationDocument
 from reports.cards import Card, make_cards
 from reports.conditions import condition_rows, glossary
 from reports.images import ColourScale
@@ -22,13 +18,12 @@ from reports.summary import comparison_table, distinctly_named, error_bars, head
 PAGE, DATA = "index.html", "report.json"
 
 
-def write_validation_report(document: Mapping[str, Any], folder: Path) -> Path:
+def write_validation_report(document: ValidationDocument, folder: Path) -> Path:
     """Write ``report.json`` and the page ``index.html`` that shows the same numbers and the renders.
 
     Parameters
     ----------
-    document : what :func:`render.validation.validate` returned (``facezip-validation/3``); optional ``baselines``
-        (texture errors of other methods), ``memory`` (rows of the memory table) and ``command``.
+    document : what :func:`render.validation.validate` returned; optional ``baselines`` and ``command``.
     folder : where the document's EXR files are, and where both files go, each whole or not at all.
 
     Returns
@@ -40,8 +35,7 @@ def write_validation_report(document: Mapping[str, Any], folder: Path) -> Path:
     FaceZipError
         ``MISSING_FILE`` or ``UNREADABLE_IMAGE`` for a render, ``CANNOT_WRITE`` for the output.
     """
-    data = strict(document)
-    text = json.dumps(data, indent=1, allow_nan=False)
+    data, text = plain(document), to_json(document)
     data["packs"] = distinctly_named(data["packs"])
     scale = ColourScale.for_error(_largest_error(data))
     pack = headline(data["packs"])
@@ -52,9 +46,7 @@ def write_validation_report(document: Mapping[str, Any], folder: Path) -> Path:
     return write_page(folder / PAGE, "validation.html", **_context(data, pack, cards, places, scale), columns=columns)
 
 
-def _context(
-    data: dict[str, Any], pack: int, cards: list[Card], places: list[Place], scale: ColourScale
-) -> dict[str, Any]:
+def _context(data: Data, pack: int, cards: list[Card], places: list[Place], scale: ColourScale) -> dict[str, object]:
     packs = data["packs"]
     return {
         "document": data,
@@ -80,18 +72,5 @@ def _context(
     }
 
 
-def _largest_error(data: Mapping[str, Any]) -> float:
+def _largest_error(data: Data) -> float:
     return max((pack["image_rmse"] or 0.0 for render in data["renders"] for pack in render["packs"]), default=0.0)
-
-
-def strict(value: Any) -> Any:
-    """A copy of plain data that JSON can hold: numpy numbers become Python's, NaN and infinities become null."""
-    if isinstance(value, Mapping):
-        return {str(key): strict(item) for key, item in value.items()}
-    if isinstance(value, list | tuple | np.ndarray):
-        return [strict(item) for item in value]
-    if isinstance(value, np.generic):
-        return strict(value.item())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

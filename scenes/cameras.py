@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.plugins import Plugin
+
 
 @dataclass(frozen=True)
 class View:
@@ -63,7 +65,7 @@ def placement(view: View, frame: Frame) -> tuple[NDArray[np.float64], NDArray[np
     return target + distance * np.array(direction), target
 
 
-def camera(view: View, frame: Frame, resolution: int) -> dict[str, Any]:
+def camera(view: View, frame: Frame, resolution: int) -> Plugin:
     """A Mitsuba ``perspective`` sensor dict of ``resolution`` x ``resolution`` pixels with a box filter."""
     return {
         "type": "perspective",

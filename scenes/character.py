@@ -18,13 +18,17 @@ from facezip.machine.progress import track
 from scenes.face.capture import MAPS, Nuisances, captured, captured_maps
 from scenes.face.expressions import expression_weights
 from scenes.face.head import Head, build_head
+from scenes.face.identity import shaped
 from scenes.face.shapes import ARKIT_SHAPES, shape_deltas
-from scenes.face.skin.albedo import complexion, neutral_albedo
+from scenes.face.skin.albedo import neutral_albedo
+from scenes.face.skin.creases import Creases
 from scenes.face.skin.ground import Ground
+from scenes.face.skin.hairs import grown
 from scenes.face.skin.relief import Relief, relief
 from scenes.face.skin.sampling import TexelGrid, closed
 from scenes.face.skin.strain import Strain, strain
-from scenes.face.skin.wrinkles import wrinkled
+from scenes.face.skin.wrinkles import rested, wrinkled
+from scenes.face.traits import Traits, traits
 from scenes.tiles import in_tiles
 
 
@@ -36,20 +40,37 @@ class Person:
     ----------
     head : the neutral head.
     deltas : ``(52, V, 3)`` float32, cm.
+    traits : sex, age and colours.
+    texels : where texels lie on the head before it was bent into the person's.
+    creases : the lines in which the face folds.
+    hair : ``(R, R)`` float32 in [0, 1], how much of a texel it covers.
     albedo : ``(R, R, 3)`` float32, encoded sRGB, of the neutral.
-    seed : which person.
     """
 
     head: Head
     deltas: NDArray[np.float32]
+    traits: Traits
+    texels: TexelGrid
+    creases: Creases
+    hair: NDArray[np.float32]
     albedo: NDArray[np.float32]
-    seed: int
 
     @staticmethod
     def make(resolution: int, seed: int = 0) -> "Person":
         """The person with this seed, with textures of ``resolution`` x ``resolution``."""
-        head = build_head()
-        return Person(head, shape_deltas(head), neutral_albedo(head, resolution, complexion(seed)), seed)
+        sculpt, who = build_head(), traits(seed)
+        # Zones of the skin are places of the sculpt; a person's skin is bent with it.
+        texels = TexelGrid.of(sculpt, resolution)
+        creases, hair = Creases.of(sculpt, texels, who), grown(sculpt, texels, who)
+        albedo = neutral_albedo(sculpt.rows, texels, who, hair)
+        rested(albedo, texels, creases)
+        head, deltas = shaped(sculpt, shape_deltas(sculpt), who)
+        return Person(head, deltas, who, texels, creases, hair, albedo)
+
+    @property
+    def seed(self) -> int:
+        """Which person."""
+        return self.traits.seed
 
     def vertices(self, weights: dict[str, float]) -> NDArray[np.float32]:
         """``(V, 3)`` of a blend of shapes, equation (7)."""
@@ -73,7 +94,7 @@ class Person:
     @cached_property
     def ground(self) -> Ground:
         """The relief that expressions fold."""
-        return Ground.of(self.head, len(self.albedo), self.seed)
+        return Ground.of(self.head.rows, self.texels, self.seed, self.hair)
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,12 +113,12 @@ class Posed:
     def texture(self) -> NDArray[np.float32]:
         """See :meth:`Person.texture`."""
         person = self.person
-        return wrinkled(person.albedo, person.head, self.strain, person.seed) if self.weights else person.albedo
+        return wrinkled(person.albedo, person.texels, person.creases, self.strain) if self.weights else person.albedo
 
     @property
     def relief(self) -> Relief:
         """See :meth:`Person.relief`."""
-        return relief(self.person.ground, self.strain)
+        return relief(self.person.ground, self.person.texels, self.person.creases, self.strain)
 
 
 def make_character(

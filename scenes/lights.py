@@ -1,15 +1,15 @@
 """Light rigs around a head, as Mitsuba scene dicts."""
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenes.cameras import Frame, look_at
+from scenes.plugins import Plugin
 
 
-def studio(frame: Frame) -> dict[str, Any]:
+def studio(frame: Frame) -> Plugin:
     """A soft key from the upper left of the camera, a broad fill, and a rim from behind: a portrait."""
     return {
         "key": _softbox("key", frame, (-0.9, 0.9, 1.5), 0.45, (16.5, 15.8, 14.8)),
@@ -18,14 +18,14 @@ def studio(frame: Frame) -> dict[str, Any]:
     }
 
 
-def daylight(frame: Frame) -> dict[str, Any]:
+def daylight(frame: Frame) -> Plugin:
     """An overcast sky with a soft sun: light from everywhere, as outdoors."""
     import mitsuba as mi
 
     return {"sky": {"type": "envmap", "bitmap": mi.Bitmap(_sky()), "scale": 0.85}}
 
 
-def side(frame: Frame) -> dict[str, Any]:
+def side(frame: Frame) -> Plugin:
     """One small, hard light that rakes over the skin and reveals every wrinkle, with a trace of fill."""
     return {
         "key": _softbox("key", frame, (-1.9, 0.5, 0.55), 0.15, (190.0, 180.0, 168.0)),
@@ -34,7 +34,7 @@ def side(frame: Frame) -> dict[str, Any]:
 
 
 # In the order in which `--lights N` takes them.
-RIGS: dict[str, Callable[[Frame], dict[str, Any]]] = {"studio": studio, "side": side, "daylight": daylight}
+RIGS: dict[str, Callable[[Frame], Plugin]] = {"studio": studio, "side": side, "daylight": daylight}
 
 
 # Farther out than any camera, so that no light stands between a camera and the head.
@@ -43,7 +43,7 @@ DISTANCE = 6.0
 
 def _softbox(
     name: str, frame: Frame, direction: tuple[float, float, float], size: float, radiance: tuple[float, float, float]
-) -> dict[str, Any]:
+) -> Plugin:
     """A square light that faces the head; ``size`` is its side over its distance."""
     import mitsuba as mi
 

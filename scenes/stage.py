@@ -4,9 +4,10 @@ from typing import Any
 
 from scenes.cameras import Frame
 from scenes.lights import RIGS
+from scenes.plugins import Plugin
 
 
-def stage(head: Any, frame: Frame, rig: str, max_depth: int = 2) -> dict[str, Any]:
+def stage(head: Any, frame: Frame, rig: str, max_depth: int = 2) -> Plugin:
     """A Mitsuba scene dict without a camera: one head under one light rig, with direct light by default.
 
     Parameters

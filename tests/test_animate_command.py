@@ -152,12 +152,12 @@ def test_what_differs_in_one_map_alone_is_seen(scans, name):
     }
     look = Settings(resolution=48, spp=4)
     same, spoilt = (
-        animate(originals_of(scans, one, Path("me.facezip")), one, [pose], look).document["frames"][0]
+        animate(originals_of(scans, one, Path("me.facezip")), one, [pose], look).document.frames[0]
         for one in (exact, replace(exact, parts=parts))
     )
-    assert same["image_rmse"] < 0.1
-    assert spoilt["image_rmse"] > 0.5
-    assert spoilt["texture_rmse"] == same["texture_rmse"]
+    assert same.image_rmse < 0.1
+    assert spoilt.image_rmse > 0.5
+    assert spoilt.texture_rmse == same.texture_rmse
 
 
 def test_an_albedo_alone_has_no_column_of_other_maps(tmp_path):

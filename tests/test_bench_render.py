@@ -57,9 +57,9 @@ def test_the_same_samples_do_not_deviate_from_themselves(character_on_a_ball):
     character = character_on_a_ball
     settings = Settings(views=VIEWS[:1], lights=("studio",), resolution=24, spp=64)
     textures = [character.texture("smile"), np.clip(character.texture("smile") + np.float32(0.05), 0, 1)]
-    found = bench_metrics(character, [Pose(character.meshes.vertices[0], textures)], settings, 128)["deviation"]
+    found = bench_metrics(character, [Pose(character.meshes.vertices[0], textures)], settings, 128).deviation
     assert {*found} == {*METRICS, "image_rmse_debiased", "delta_e_p95_plain"}
-    assert all(abs(metric["largest"]) < 0.05 for metric in found.values())
+    assert all(abs(metric.largest) < 0.05 for metric in found.values())
 
 
 @pytest.fixture

@@ -12,12 +12,15 @@ from facezip.cli import VERBS
 from facezip.errors import ExitCode
 from facezip.files.images import read_texture, write_texture
 from facezip.pack.read import read_pack
+from tests.documents.checked import checked
 from tests.facezip.conftest import random_character
 
 
 def run(*arguments, **options):
     command = [sys.executable, "-c", "from facezip.cli import main; main()", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=280, check=False, **options)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=280, check=False, **options)
+    checked(arguments, done.stdout)
+    return done
 
 
 @pytest.fixture(scope="module")

@@ -19,6 +19,7 @@ from facezip.cli import main
 from facezip.errors import ExitCode
 from facezip.files.images import read_texture_exactly, write_texture
 from facezip.pack.read import read_pack
+from tests.documents.checked import checked
 from tests.facezip.conftest import random_character
 from tests.facezip.surfaces import random_surface
 
@@ -32,7 +33,7 @@ def run(*arguments):
             main()
         except SystemExit as end:
             code = end.code
-    return SimpleNamespace(returncode=code, stdout=out.getvalue(), stderr=err.getvalue())
+    return SimpleNamespace(returncode=code, stdout=checked(arguments, out.getvalue()), stderr=err.getvalue())
 
 
 @pytest.fixture(scope="module")

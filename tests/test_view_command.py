@@ -78,7 +78,12 @@ def test_view_and_export_take_every_map_on_every_tile(tmp_path):
     page = tmp_path / "page.html"
     options = "--to", "web", "-o", page, "--character", tmp_path / "scans", "--json"
     done = run("export", tmp_path / "a.facezip", *options)
-    assert json.loads(done.stdout) == {"output": str(page), "bytes": page.stat().st_size, "originals": True}
+    assert json.loads(done.stdout) == {
+        "format": "facezip-export-web/1",
+        "output": str(page),
+        "bytes": page.stat().st_size,
+        "originals": True,
+    }
 
 
 def test_a_pack_that_fails_verification_is_refused_with_the_same_line(pack, tmp_path):

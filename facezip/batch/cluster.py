@@ -2,7 +2,7 @@
 
 import asyncio
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any
@@ -59,13 +59,13 @@ def _check_answer(address: str) -> None:
         _log.warning("%s: the scheduler has no workers yet; waiting for some", address)
 
 
-async def _identity(address: str) -> dict[str, Any]:
+async def _identity(address: str) -> Mapping[str, Any]:
     from distributed.core import rpc
     from distributed.security import Security
 
     asked = rpc(address, timeout=REACH, connection_args=Security().get_connection_args("client"))
     async with asyncio.timeout(PATIENCE), asked as there:
-        answer: dict[str, Any] = await there.identity()
+        answer: Mapping[str, Any] = await there.identity()
     return answer
 
 

@@ -4,6 +4,7 @@ import hashlib
 import json
 from collections.abc import Container, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -11,11 +12,33 @@ from typing import Any
 from facezip.character.filenames import is_litter
 from facezip.character.gltf_files import files_beside
 from facezip.character.sources import is_gltf_name
+from facezip.documents.document import Data, from_json, from_plain, plain, to_json
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.reading import reading
 from facezip.files.writing import write_whole
+from facezip.fit.documents import CompressDocument
 from facezip.pack.manifest import FILE_NAME
 from facezip.pack.verification import is_pack, stored, verify_pack
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """What a batch says of a pack, in ``NAME.facezip.json`` beside it.
+
+    Attributes
+    ----------
+    character : which the pack is of.
+    digest : of what it was made of.
+    manifest : the checksum of the pack's manifest.
+    document : what was said when it was finished, by whichever version of the program.
+    begun : whether a run has begun to write it since.
+    """
+
+    character: str
+    digest: str | None = None
+    manifest: str | None = None
+    document: Data | None = None
+    begun: bool = False
 
 
 def digest_of(character: Path, settings: Mapping[str, Any]) -> str:
@@ -46,14 +69,14 @@ def _inputs_of(path: Path) -> dict[str, str]:
         return {file.relative_to(path).as_posix(): stored(file).sha256 for file in files}
 
 
-def find(pack: Path, digest: str) -> dict[str, Any] | None:
+def find(pack: Path, digest: str) -> CompressDocument | None:
     """What was said of a pack when it was made of just this; None where it was not, or is not intact."""
     record = _read(pack)
-    intact = record.get("digest") == digest and _as_recorded(pack, record) and _intact(pack)
-    return dict(record["document"]) if intact else None
+    known = record is not None and record.digest == digest and _as_recorded(pack, record)
+    return _said(record) if record and known and _intact(pack) else None
 
 
-def keep(pack: Path, character: Path, digest: str, document: Mapping[str, Any]) -> None:
+def keep(pack: Path, character: Path, digest: str, document: CompressDocument) -> None:
     """Say that a pack is finished, what of, and what is known of it.
 
     Raises
@@ -62,7 +85,7 @@ def keep(pack: Path, character: Path, digest: str, document: Mapping[str, Any]) 
         ``CANNOT_WRITE``.
     """
     owner, manifest = str(character.resolve()), _manifest_of(pack)
-    _write(pack, {"character": owner, "digest": digest, "manifest": manifest, "document": document})
+    _write(pack, Record(character=owner, digest=digest, manifest=manifest, document=plain(document)))
 
 
 @contextmanager
@@ -77,12 +100,12 @@ def claimed(pack: Path, character: Path, digest: str, overwrite: bool) -> Iterat
     """
     record, owner = _read(pack), str(character.resolve())
     if is_pack(pack) and not overwrite:
-        if not (record.get("begun") or _as_recorded(pack, record) or (record and not _intact(pack))):
+        if record is None or not (record.begun or _as_recorded(pack, record) or not _intact(pack)):
             raise _taken(pack, "was not made by a batch")
-        if record["character"] != owner and record.get("digest") != digest:
-            raise _taken(pack, f"is of {record['character']}")
+        if record.character != owner and record.digest != digest:
+            raise _taken(pack, f"is of {record.character}")
     before = _manifest_of(pack)
-    _write(pack, {**record, "character": owner, "begun": True})
+    _write(pack, replace(record or Record(character=owner), character=owner, begun=True))
     try:
         yield
     except FaceZipError:
@@ -91,15 +114,24 @@ def claimed(pack: Path, character: Path, digest: str, overwrite: bool) -> Iterat
         raise
 
 
-def earlier(folder: Path, names: Container[str]) -> dict[str, dict[str, Any]]:
-    """What was said of the finished packs in a folder, by name, ``names`` left out; with the ``character`` of each."""
+def earlier(folder: Path, names: Container[str]) -> dict[str, tuple[str, CompressDocument]]:
+    """Of the finished packs in a folder, by name, ``names`` left out: which character each is of, and what was said."""
     found = {}
     for path in sorted(folder.glob("*.facezip.json")):
         pack = path.with_suffix("")
-        record = {} if pack.stem in names else _read(pack)
-        if _as_recorded(pack, record):
-            found[pack.stem] = {**record["document"], "character": record["character"]}
+        record = None if pack.stem in names else _read(pack)
+        document = _said(record) if record and _as_recorded(pack, record) else None
+        if record and document:
+            found[pack.stem] = record.character, document
     return found
+
+
+def _said(record: Record) -> CompressDocument | None:
+    """The document of a record; None where another version of the program has other ones."""
+    try:
+        return from_plain(record.document, CompressDocument)
+    except ValueError:
+        return None
 
 
 def _taken(pack: Path, reason: str) -> FaceZipError:
@@ -107,9 +139,9 @@ def _taken(pack: Path, reason: str) -> FaceZipError:
     return FaceZipError(ErrorCode.CANNOT_WRITE, f"{pack}: {reason}, and is left as it is; {remedy}")
 
 
-def _as_recorded(pack: Path, record: Mapping[str, Any]) -> bool:
+def _as_recorded(pack: Path, record: Record) -> bool:
     """Whether a pack was finished, and is the one that the record speaks of."""
-    return "document" in record and record.get("manifest", "") == _manifest_of(pack)
+    return record.document is not None and record.manifest is not None and record.manifest == _manifest_of(pack)
 
 
 def _manifest_of(pack: Path) -> str | None:
@@ -128,20 +160,18 @@ def _intact(pack: Path) -> bool:
     return True
 
 
-def _read(pack: Path) -> dict[str, Any]:
-    """The record of a pack; empty where there is none that can be understood: the pack is what counts."""
+def _read(pack: Path) -> Record | None:
+    """The record of a pack; None where there is none that can be understood: the pack is what counts."""
     try:
-        record = json.loads(_record(pack).read_bytes())
+        return from_json(_record(pack).read_bytes(), Record)
     except (OSError, ValueError):
-        return {}
-    known = isinstance(record, dict) and isinstance(record.get("character"), str)
-    return record if known and isinstance(record.get("document", {}), dict) else {}
+        return None
 
 
-def _write(pack: Path, record: Mapping[str, Any]) -> None:
-    """Replace the record of a pack; an empty one vanishes."""
+def _write(pack: Path, record: Record | None) -> None:
+    """Replace the record of a pack; None leaves nothing."""
     if record:
-        write_whole(_record(pack), json.dumps(record, indent=1, allow_nan=False).encode())
+        write_whole(_record(pack), to_json(record).encode())
     else:
         _record(pack).unlink(missing_ok=True)
 

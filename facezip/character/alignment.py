@@ -11,7 +11,7 @@ textures that are turned, are looked for apart (:mod:`facezip.character.features
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,7 +103,7 @@ class Alignment:
         return f"a feature is {self.feature.state}{slipped} at {self.feature.u:.2f}, {self.feature.v:.2f}"
 
     @property
-    def state(self) -> str:
+    def state(self) -> Literal["registered", "misregistered", "unknown"]:
         """``registered``, ``misregistered``, or ``unknown``: it has too little in common with the neutral to tell.
 
         Misregistered is what is off by more than ``THRESHOLD`` (rms, of a texture of 512 x 512), has a feature that

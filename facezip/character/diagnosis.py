@@ -1,13 +1,12 @@
 """What is found in a folder or file without using it: a table of what is read from where, and what to do."""
 
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Literal
 
 from facezip.character.notes import Note
+from facezip.documents.document import Document
 from facezip.errors import FaceZipError
-
-FORMAT = "facezip-doctor/1"
 
 
 @dataclass(frozen=True)
@@ -28,8 +27,8 @@ class Row:
 
     file: str
     what: str
-    whose: str = ""
-    tile: int | None = None
+    whose: str
+    tile: int | None
     encoding: str = ""
     orientation: str = ""
     size: str = ""
@@ -50,8 +49,8 @@ class Refusal:
 
 
 @dataclass(frozen=True)
-class Diagnosis:
-    """All of it.
+class Diagnosis(Document):
+    """All of it, as ``facezip doctor`` says it.
 
     Attributes
     ----------
@@ -61,23 +60,21 @@ class Diagnosis:
     rows : what is read from where.
     refusals : what has to be mended before it can be used: all that can be found at once.
     notes : what is unusual, missing or not used; those that ask need a decision.
+    asks : whether a person should decide something.
     """
 
+    format: Literal["facezip-doctor/1"] = field(default="facezip-doctor/1", kw_only=True)
     kind: str
     path: str
     summary: str
     rows: tuple[Row, ...] = ()
     refusals: tuple[Refusal, ...] = ()
     notes: tuple[Note, ...] = ()
+    asks: bool = field(init=False)
 
-    @property
-    def asks(self) -> bool:
-        """Whether a person should decide something."""
-        return any(note.asks for note in self.notes)
-
-    def document(self) -> dict[str, Any]:
-        """As JSON states it."""
-        return {"format": FORMAT, **asdict(self), "asks": self.asks}
+    def __post_init__(self) -> None:
+        """What asks is told by the notes."""
+        object.__setattr__(self, "asks", any(note.asks for note in self.notes))
 
 
 def distinct(errors: Iterable[FaceZipError]) -> tuple[Refusal, ...]:

@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.meshes import Meshes
+from facezip.files.accessors import GltfObject
 from facezip.files.glb import INDICES, VERTICES, GlbBuilder
 from facezip.files.obj import Topology
 from facezip.version import __version__
@@ -59,7 +59,7 @@ def start(name: str) -> GlbBuilder:
 
 def add_mesh(
     glb: GlbBuilder, name: str, meshes: Meshes, expressions: tuple[str, ...], charts: Sequence[Topology]
-) -> list[dict[str, Any]]:
+) -> list[GltfObject]:
     """Add the neutral and a named morph target per expression (equation 7), with a primitive for each of ``charts``.
 
     Normals are computed on the mesh before it is split, so that no seam shows, and morph along. The number of a chart
@@ -95,7 +95,7 @@ def _primitive(
     turns: Sequence[NDArray[np.float32]],
     parts: Split,
     material: int,
-) -> dict[str, Any]:
+) -> GltfObject:
     faces = parts.faces.astype(np.uint16) if len(parts.vertex) <= 65535 else parts.faces
     return {
         "attributes": {
@@ -112,9 +112,9 @@ def _primitive(
     }
 
 
-def skin(name: str, texture: int, normal: int | None = None, roughness: int | None = None) -> dict[str, Any]:
+def skin(name: str, texture: int, normal: int | None = None, roughness: int | None = None) -> GltfObject:
     """A material of that name and base colour; ``normal`` and ``roughness`` are textures too, where there are any."""
-    shading: dict[str, Any] = {"baseColorTexture": {"index": texture}, "metallicFactor": 0.0}
+    shading: GltfObject = {"baseColorTexture": {"index": texture}, "metallicFactor": 0.0}
     if roughness is None:
         shading["roughnessFactor"] = ROUGHNESS
     else:

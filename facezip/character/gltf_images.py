@@ -4,10 +4,10 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 from urllib.parse import unquote
 
 from facezip.errors import FaceZipError
+from facezip.files.accessors import GltfObject
 from facezip.files.glb import Glb, GlbFault
 from facezip.files.links import REMEDY
 from facezip.files.opening import TEXTURE_SUFFIXES
@@ -66,10 +66,10 @@ class Images:
                 reason = str(error).replace(str(file), f"{self._path}: {self.shown(source)}", 1)
                 raise FaceZipError(error.code, reason) from None
 
-    def _file(self, image: dict[str, Any]) -> Path | None:
+    def _file(self, image: GltfObject) -> Path | None:
         return self._glb.links.file(str(image["uri"])) if "uri" in image else None
 
-    def _content(self, image: dict[str, Any], shown: str) -> bytes:
+    def _content(self, image: GltfObject, shown: str) -> bytes:
         if "uri" in image:
             return self._glb.links.content(str(image["uri"]))
         if image.get("bufferView") is None:

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from facezip.files.accessors import GltfObject
 from facezip.files.glb import Glb, GlbFault
 
 PLACED = "KHR_texture_transform"
@@ -121,7 +122,7 @@ def image_of(glb: Glb, index: Any) -> int:
     return int(texture["source"])
 
 
-def _left_out(entry: dict[str, Any]) -> Iterator[str]:
+def _left_out(entry: GltfObject) -> Iterator[str]:
     yield from sorted({name for name in _texture_names(entry, 0) if name not in _READ})
     if any(_numbers("emissive factor", entry.get("emissiveFactor", (0, 0, 0)), 3)) and "emissiveTexture" not in entry:
         yield "emissiveFactor"
@@ -129,7 +130,7 @@ def _left_out(entry: dict[str, Any]) -> Iterator[str]:
         yield f"transparency (alphaMode {str(entry['alphaMode'])[:16]})"
 
 
-def _texture_names(entry: dict[str, Any], depth: int) -> Iterator[str]:
+def _texture_names(entry: GltfObject, depth: int) -> Iterator[str]:
     for name, value in entry.items():
         if isinstance(value, dict):
             if name.endswith("Texture") and "index" in value:

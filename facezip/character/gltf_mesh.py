@@ -10,6 +10,7 @@ from facezip.character.gltf_material import MIRRORED, REPEAT, Placement
 from facezip.character.gltf_nodes import Nodes, described, is_mirror, leaves_alone, placed
 from facezip.character.gltf_parts import Part
 from facezip.character.meshes import Meshes
+from facezip.files.accessors import GltfObject
 from facezip.files.glb import Glb, GlbFault
 from facezip.files.obj import Topology
 from facezip.files.objlists import MAX_COORDINATE
@@ -73,7 +74,7 @@ def _welded(
     return Meshes(topology, every[0].copy(), np.ascontiguousarray(every[1:]))
 
 
-def _piece(glb: Glb, primitive: dict[str, Any], placement: Placement) -> _Piece:
+def _piece(glb: Glb, primitive: GltfObject, placement: Placement) -> _Piece:
     attributes, targets = primitive["attributes"], primitive["targets"]
     if DRACO in primitive.get("extensions", {}) and not _has_bytes(glb, attributes.get("POSITION")):
         raise GlbFault(f"it is compressed by {DRACO}, which is not read; export it uncompressed")
@@ -109,7 +110,7 @@ def _positions(glb: Glb, accessor: Any, count: int | None) -> NDArray[np.float32
     return values.astype(np.float32)
 
 
-def _texture_coordinates(glb: Glb, primitive: dict[str, Any], placement: Placement, count: int) -> NDArray[np.float32]:
+def _texture_coordinates(glb: Glb, primitive: GltfObject, placement: Placement, count: int) -> NDArray[np.float32]:
     name = f"TEXCOORD_{placement.coordinates}"
     if name not in primitive["attributes"]:
         raise GlbFault(f"its face has no UVs ({name}); unwrap it")
@@ -141,7 +142,7 @@ def _in_the_square(corners: NDArray[np.float32], wrap: tuple[int, int]) -> NDArr
     return moved
 
 
-def _faces(glb: Glb, primitive: dict[str, Any], count: int) -> NDArray[np.int64]:
+def _faces(glb: Glb, primitive: GltfObject, count: int) -> NDArray[np.int64]:
     mode = primitive.get("mode", TRIANGLES)
     if mode not in (TRIANGLES, STRIP, FAN):
         raise GlbFault("its face is not of triangles; export it as triangles")

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.files.accessors import GltfObject
 from facezip.files.glb import Glb, GlbFault
 
 NEAR = 1e-6
@@ -32,7 +33,7 @@ class Nodes:
         """What the nodes that show a mesh are called."""
         return [str(self._nodes[index]["name"]) for index in self.showing(mesh) if self._nodes[index].get("name")]
 
-    def placements(self, mesh: int, primitive: dict[str, Any], count: int) -> NDArray[np.float64]:
+    def placements(self, mesh: int, primitive: GltfObject, count: int) -> NDArray[np.float64]:
         """``(3, 4)`` that places the vertices of a primitive, or ``(count, 3, 4)``, one for each.
 
         A mesh with a skin is where its joints hold it, wherever its own node is (glTF 2.0, section 3.7.3.3).
@@ -58,7 +59,7 @@ class Nodes:
                 total = _local(self._nodes[index]) @ total
         return total
 
-    def _held(self, skin: dict[str, Any], primitive: dict[str, Any], count: int) -> NDArray[np.float64]:
+    def _held(self, skin: GltfObject, primitive: GltfObject, count: int) -> NDArray[np.float64]:
         joints = [self._world(joint) for joint in skin["joints"] if self._glb.item("nodes", joint) is not None]
         binds = np.tile(np.eye(4), (len(joints), 1, 1))
         if "inverseBindMatrices" in skin:
@@ -74,7 +75,7 @@ class Nodes:
             return np.asarray(used[0], np.float64)
         return sum_of(places, numbers.astype(np.intp), weights)
 
-    def _influences(self, primitive: dict[str, Any], kind: str, count: int) -> NDArray[Any]:
+    def _influences(self, primitive: GltfObject, kind: str, count: int) -> NDArray[Any]:
         attributes, found = primitive["attributes"], list[NDArray[Any]]()
         while f"{kind}_{len(found)}" in attributes:
             found.append(self._glb.array(attributes[f"{kind}_{len(found)}"]))
@@ -141,7 +142,7 @@ def _checked(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     return matrix
 
 
-def _local(node: dict[str, Any]) -> NDArray[np.float64]:
+def _local(node: GltfObject) -> NDArray[np.float64]:
     if "matrix" in node:
         return np.array(node["matrix"], float).reshape(4, 4).T
     x, y, z, w = np.array(node.get("rotation", (0, 0, 0, 1)), float)

@@ -13,6 +13,7 @@ from facezip.character.gltf_material import Material, Use, image_of
 from facezip.character.gltf_parts import Part
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import NEUTRAL
+from facezip.files.accessors import GltfObject
 from facezip.files.glb import Glb, GlbFault
 from facezip.names import folded, is_safe_name
 
@@ -124,7 +125,7 @@ def _shared_start(names: Iterable[str]) -> str:
     return start if start.endswith(".") else ""
 
 
-def _variant_materials(glb: Glb, primitive: Mapping[str, Any]) -> dict[str, Any]:
+def _variant_materials(glb: Glb, primitive: Mapping[str, Any]) -> GltfObject:
     """The material of every variant, by its name."""
     variants = glb.document.get("extensions", {}).get(VARIANTS, {}).get("variants", [])
     mappings = primitive.get("extensions", {}).get(VARIANTS, {}).get("mappings", [])

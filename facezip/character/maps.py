@@ -7,6 +7,7 @@ the end.
 
 import re
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,8 @@ from facezip.machine.rows import by_rows
 ALBEDO = "albedo"
 # A map on a UDIM tile.
 Key = tuple[str, int]
-ENCODINGS = ("srgb", "data", "normal")
+Encoding = Literal["srgb", "data", "normal"]
+ENCODINGS: tuple[Encoding, ...] = get_args(Encoding)
 # tan 84°. What stands steeper has no business in a tangent-space normal map.
 MAX_SLOPE = 10.0
 MAX_RANGE = 1e6
@@ -38,7 +40,7 @@ class Map:
     """
 
     name: str
-    encoding: str
+    encoding: Encoding
     low: float = 0.0
     high: float = 1.0
 

@@ -3,11 +3,11 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.character.facts import CharacterFacts, MapName
 from facezip.character.maps import ALBEDO, Key, Map
 from facezip.character.meshes import Meshes
 from facezip.character.neutrals import neutral_bits
@@ -104,19 +104,19 @@ class Character:
         return any(stack.mask is not None for stack in self.stacks.values())
 
     @property
-    def facts(self) -> dict[str, Any]:
+    def facts(self) -> CharacterFacts:
         """Name, expressions, maps, tiles and sizes, as documents state them."""
-        return {
-            "name": self.name,
-            "expressions": list(self.expressions),
-            "resolution": list(self.first.resolution),
-            "channels": self.first.channels,
-            "vertices": len(self.meshes.neutral),
-            "triangles": len(self.meshes.topology.faces),
-            "maps": [{"name": kind.name, "encoding": kind.encoding} for kind in self.maps],
-            "tiles": list(self.tiles),
-            "notes": lines(self.notes),
-        }
+        return CharacterFacts(
+            name=self.name,
+            expressions=self.expressions,
+            resolution=self.first.resolution,
+            channels=self.first.channels,
+            vertices=len(self.meshes.neutral),
+            triangles=len(self.meshes.topology.faces),
+            maps=[MapName(name=kind.name, encoding=kind.encoding) for kind in self.maps],
+            tiles=self.tiles,
+            notes=lines(self.notes),
+        )
 
     @property
     def neutral_bits(self) -> dict[Key, int]:

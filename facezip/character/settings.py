@@ -8,6 +8,7 @@ from typing import Any
 
 from facezip.character.maps import ENCODINGS, KNOWN, Map, is_map_name
 from facezip.character.placement import Placement
+from facezip.documents.document import Toml
 from facezip.errors import ErrorCode, FaceZipError, Refuse, raised
 from facezip.files.reading import reading
 
@@ -84,7 +85,7 @@ def read_settings(folder: Path, refuse: Refuse = raised) -> Settings:
         raise _bad(path, error) from None
 
 
-def _document(path: Path) -> dict[str, Any]:
+def _document(path: Path) -> Toml:
     if not path.is_file():
         return {}
     if path.stat().st_size > MAX_SETTINGS:
@@ -111,7 +112,7 @@ def _patterns(document: Mapping[str, Any]) -> Patterns:
 
 def _map_pattern(name: str, entry: Mapping[str, Any]) -> MapPattern:
     known = KNOWN.get(name, Map(name, "data"))
-    stated: dict[str, Any] = {"files": None, "encoding": known.encoding, "float": False, "green": "up"}
+    stated: Toml = {"files": None, "encoding": known.encoding, "float": False, "green": "up"}
     if not is_map_name(name):
         raise ValueError(f"a map cannot be called '{name}'; use small letters, digits and _")
     if odd := {*entry} - {*stated}:
@@ -122,5 +123,5 @@ def _map_pattern(name: str, entry: Mapping[str, Any]) -> MapPattern:
         raise ValueError(
             f"maps.{name}: encoding is one of {', '.join(ENCODINGS)}; green is up or down; float is true or false"
         )
-    kind = Map(name, str(encoding), -1.0 if encoding == "normal" else 0.0, 1.0)
+    kind = Map(name, encoding, -1.0 if encoding == "normal" else 0.0, 1.0)
     return MapPattern(kind, stated["files"], keeps_floats, green == "down")

@@ -1,8 +1,7 @@
 """Scans made clean in up to three steps, each of which says what it did and leaves alone what needs nothing."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from facezip.character.alignment import alignments, worst_of
 from facezip.character.notes import Note, say
@@ -16,6 +15,61 @@ from facezip.machine.progress import track
 STEPS = ("registration", "exposure", "neutral")
 
 
+@dataclass(frozen=True, kw_only=True)
+class MovedFacts:
+    """Textures that were moved onto the neutral's.
+
+    Attributes
+    ----------
+    moved : by expression how far, the root mean square in texels.
+    """
+
+    moved: Mapping[str, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExposureFacts:
+    """Textures whose light and white balance were evened out.
+
+    Attributes
+    ----------
+    gains : by expression, those of the channels.
+    """
+
+    gains: Mapping[str, Sequence[float]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class NeutralFacts:
+    """A neutral that was made of all scans.
+
+    Attributes
+    ----------
+    noise : its standard deviation, of 255.
+    scans : how many scans' worth went into it; 0 where it was left as it is.
+    removed : how much was changed, of 255.
+    """
+
+    noise: float
+    scans: float
+    removed: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class CleaningFacts:
+    """What ``--clean`` did, by step.
+
+    Attributes
+    ----------
+    registration, exposure : of those two steps, where they were taken.
+    neutral : by ``MAP.TILE``, where that step was taken.
+    """
+
+    registration: MovedFacts | None = None
+    exposure: ExposureFacts | None = None
+    neutral: Mapping[str, NeutralFacts] | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class Cleaned:
     """Scans without what a capture added.
@@ -23,11 +77,11 @@ class Cleaned:
     Attributes
     ----------
     character : with a note for each change.
-    facts : by step what it did, as documents state it; empty where there was none to take.
+    facts : what the steps did.
     """
 
     character: Character
-    facts: dict[str, Any]
+    facts: CleaningFacts
 
 
 def clean(character: Character, steps: Collection[str] = STEPS) -> Cleaned:
@@ -37,40 +91,41 @@ def clean(character: Character, steps: Collection[str] = STEPS) -> Cleaned:
     light and white balance (:mod:`facezip.cleaning.exposure`), ``neutral`` makes the neutral of all scans
     (:mod:`facezip.cleaning.neutral`). Meshes stay.
     """
-    facts: dict[str, Any] = {}
+    facts = CleaningFacts()
     before = len(character.notes)
     for step in STEPS:
         if step in steps:
-            character, facts[step] = _TAKE[step](character)
+            character, facts = _TAKE[step](character, facts)
     say(character.name, character.notes[before:])
     return Cleaned(character, facts)
 
 
-def _registered(character: Character) -> tuple[Character, dict[str, Any]]:
+def _registered(character: Character, facts: CleaningFacts) -> tuple[Character, CleaningFacts]:
     found = alignments(character)
     registered, moved = register(character, found)
     off = {name: round(worst_of(found[name]).rms, 3) for name in moved}
-    return _noted(registered, moved, "moved onto the neutral's texture"), {"moved": off}
+    facts = replace(facts, registration=MovedFacts(moved=off))
+    return _noted(registered, moved, "moved onto the neutral's texture"), facts
 
 
-def _evened(character: Character) -> tuple[Character, dict[str, Any]]:
+def _evened(character: Character, facts: CleaningFacts) -> tuple[Character, CleaningFacts]:
     evened, gains = even_out(character)
-    return _noted(evened, gains, "exposure and white balance evened out"), {"gains": gains}
+    facts = replace(facts, exposure=ExposureFacts(gains=gains))
+    return _noted(evened, gains, "exposure and white balance evened out"), facts
 
 
-def _fused(character: Character) -> tuple[Character, dict[str, Any]]:
-    stacks, facts, changed = dict(character.stacks), {}, []
+def _fused(character: Character, facts: CleaningFacts) -> tuple[Character, CleaningFacts]:
+    stacks, neutrals, changed = dict(character.stacks), dict[str, NeutralFacts](), []
     for (name, tile), stack in track(character.stacks.items(), "Making the neutral", len(character.stacks)):
         made = fused(stack)
         stacks[name, tile] = made.stack
-        facts[f"{name}.{tile}"] = {
-            "noise": round(made.noise, 3),
-            "scans": round(made.scans, 1),
-            "removed": round(made.removed, 3),
-        }
+        neutrals[f"{name}.{tile}"] = NeutralFacts(
+            noise=round(made.noise, 3), scans=round(made.scans, 1), removed=round(made.removed, 3)
+        )
         changed += [] if made.stack is stack else [f"{NEUTRAL} {name}" if name != character.maps[0].name else NEUTRAL]
     better = replace(character, stacks=stacks)
-    return _noted(better, dict.fromkeys(changed), "made of all scans, whose lost detail came from it"), facts
+    words = "made of all scans, whose lost detail came from it"
+    return _noted(better, dict.fromkeys(changed), words), replace(facts, neutral=neutrals)
 
 
 def _noted(character: Character, names: Collection[str], words: str) -> Character:

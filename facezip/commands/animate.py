@@ -1,16 +1,21 @@
 """``facezip animate``: a face in motion, original against compressed, frame by frame."""
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from facezip.character.loading import load_character
 from facezip.commands import options
+from facezip.documents.document import plain
 from facezip.files.writing import whole_folder
 from facezip.pack.read import read_pack
 from facezip.rigging.originals import originals_of
 from facezip.rigging.sequences import frames_of, poses_for
+
+if TYPE_CHECKING:
+    from render.documents import AnimationDocument
 
 
 @click.command("animate")
@@ -44,10 +49,10 @@ def command(
     originals = originals_of(scans, model, pack)
     sequence = frames_of(poses_for(model.expressions), frames)
     film = animate(originals, model, sequence, Settings(**look))
-    document = {**film.document, "pack": pack.stem, "command": _call(character, pack, len(sequence), look)}
+    document = replace(film.document, pack=pack.stem, command=_call(character, pack, len(sequence), look))
     with whole_folder(output, overwrite, is_animation) as folder:
         write_animation_report(document, film.images, folder)
-    answer = {"output": str(output), **document}
+    answer = replace(document, output=str(output))
     options.answer(answer, as_json, lambda: _lines(answer))
 
 
@@ -57,17 +62,17 @@ def _call(character: Path, pack: Path, frames: int, look: dict[str, int]) -> str
     return f"facezip animate {character.name} {pack.name} -o DIR --frames {frames} {settings}"
 
 
-def _lines(answer: dict[str, Any]) -> list[str]:
+def _lines(answer: "AnimationDocument") -> list[str]:
     from reports.maps import headlines
 
-    worst, means = answer["frames"][answer["worst"]], answer["means"]
-    others = headlines(means["map_errors"])
+    worst, means = answer.frames[answer.worst], answer.means
+    others = headlines(plain(means.map_errors))
     return [
-        f"{answer['output']}: {len(answer['frames'])} frames, image RMSE {means['image_rmse']:.2f} of 255 in the mean, "
-        f"dE2000 p95 {means['delta_e_p95']:.2f}, FLIP {means['flip']:.4f}",
-        f"  worst    frame {worst['frame']}, {worst['pose']}: image RMSE {worst['image_rmse']:.2f}, "
-        f"dE2000 p95 {worst['delta_e_p95']:.2f}, FLIP {worst['flip']:.4f}",
-        *([f"  maps     {others}, albedo {means['texture_rmse']:.2f} of 255"] if others else []),
-        f"  original {answer['original']}",
-        f"  {answer['seconds']['total']:.1f} s; open {Path(answer['output']) / 'index.html'}",
+        f"{answer.output}: {len(answer.frames)} frames, image RMSE {means.image_rmse:.2f} of 255 in the mean, "
+        f"dE2000 p95 {means.delta_e_p95:.2f}, FLIP {means.flip:.4f}",
+        f"  worst    frame {worst.frame}, {worst.pose}: image RMSE {worst.image_rmse:.2f}, "
+        f"dE2000 p95 {worst.delta_e_p95:.2f}, FLIP {worst.flip:.4f}",
+        *([f"  maps     {others}, albedo {means.texture_rmse:.2f} of 255"] if others else []),
+        f"  original {answer.original}",
+        f"  {answer.seconds.total:.1f} s; open {Path(answer.output or '') / 'index.html'}",
     ]

@@ -1,14 +1,13 @@
 """``facezip batch``: many characters on the processes of this machine or on a cluster."""
 
-import json
 import sys
 from collections import Counter
-from collections.abc import Container, Mapping
+from collections.abc import Container, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, Literal
 
 import click
 
@@ -18,13 +17,81 @@ from facezip.batch.workers import crew
 from facezip.commands import options
 from facezip.commands.fit_options import DEFAULTS, check_together, fit_options, request_of
 from facezip.commands.words import megabytes
+from facezip.documents.document import Document, to_json
+from facezip.documents.error import Fault
 from facezip.errors import ErrorCode, ExitCode, FaceZipError
 from facezip.files.writing import alone, write_whole
+from facezip.fit.documents import CompressDocument
 from facezip.fit.pipeline import compress_into, registration_warning
 from facezip.machine.memory import beside, limited
 
-FORMAT = "facezip-batch/1"
 FILE_NAME = "batch.json"
+
+
+Status = Literal["made", "kept", "earlier"]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one task says of its pack, and whether that was made now or kept."""
+
+    status: Status
+    document: CompressDocument
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finished(CompressDocument):
+    """A character whose pack is there.
+
+    Attributes
+    ----------
+    name : what the batch calls it.
+    status : whether the pack was made now, kept since nothing has changed, or made by an earlier run.
+    character : its scans.
+    """
+
+    status: Status
+    character: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Failed:
+    """A character without a pack.
+
+    Attributes
+    ----------
+    name, character : what the batch calls it, and its scans.
+    status : ``failed``.
+    error : why.
+    """
+
+    name: str
+    character: str
+    status: Literal["failed"] = "failed"
+    error: Fault
+
+
+@dataclass(frozen=True, kw_only=True)
+class BatchDocument(Document):
+    """What ``facezip batch`` has done, as it stands in ``batch.json``.
+
+    Attributes
+    ----------
+    output : the folder of the packs; "" until the first run is over.
+    characters : one entry each; those of earlier runs last.
+    made, kept, earlier : how many.
+    failed : the names of those that did.
+    seconds : of this run.
+    """
+
+    format: Literal["facezip-batch/1"] = "facezip-batch/1"
+    output: str = ""
+    characters: Sequence[Finished | Failed] = ()
+    made: int = 0
+    kept: int = 0
+    earlier: int = 0
+    failed: Sequence[str] = ()
+    seconds: float = 0.0
 
 
 @click.command("batch")
@@ -65,14 +132,12 @@ def command(
         outcomes = hands.outcomes(compress_unless_finished, tasks, "Compressing characters")
         entries = [_entry(job, output, outcomes[job.name]) for job in jobs]
         warnings = [
-            registration_warning(one["character"], one.get("misregistered", {}), one.get("unknown", ()))
+            registration_warning(one.character, one.misregistered, one.unknown)
             for one in entries
-            if one.get("misregistered") or one.get("unknown")
+            if isinstance(one, Finished) and (one.misregistered or one.unknown)
         ]
-        entries += _earlier(output, tasks)
-        document = {"format": FORMAT, "output": str(output), "characters": entries, **_counts(entries)}
-        document["seconds"] = round(perf_counter() - begin, 3)
-        write_whole(output / FILE_NAME, json.dumps(document, indent=1, allow_nan=False).encode())
+        document = _document(output, [*entries, *_earlier(output, tasks)], round(perf_counter() - begin, 3))
+        write_whole(output / FILE_NAME, to_json(document).encode())
     errors = {name: outcome for name, outcome in outcomes.items() if isinstance(outcome, FaceZipError)}
     options.answer(document, as_json, lambda: _lines(document))
     for line in (*warnings, *(f"facezip: {name}: {error}" for name, error in errors.items())):
@@ -87,8 +152,8 @@ def compress_unless_finished(
     settings: Mapping[str, Any],
     overwrite: bool = False,
     memory: int | None = None,
-) -> dict[str, Any]:
-    """One task: the document of ``facezip compress``, and whether the pack was ``made`` now or ``kept``.
+) -> Outcome:
+    """One task: a character's pack is there afterwards.
 
     Where arrays wait changes no byte: ``memory`` is no part of what a pack was made with.
     """
@@ -96,11 +161,11 @@ def compress_unless_finished(
     digest = finished.digest_of(character, settings)
     document = finished.find(pack, digest)
     if document is not None:
-        return {"status": "kept", **document}
+        return Outcome("kept", document)
     with finished.claimed(pack, character, digest, overwrite), limited(memory, beside(pack)):
         document = compress_into(character, pack, request_of(settings), overwrite=True)
     finished.keep(pack, character, digest, document)
-    return {"status": "made", **document}
+    return Outcome("made", document)
 
 
 def _resolved(context: click.Context, job: Job, settings: Mapping[str, Any]) -> Job:
@@ -130,41 +195,51 @@ def _batch_folder(output: Path) -> AbstractContextManager[None]:
         except OSError as error:
             reason = f"cannot write ({error.strerror}); check space and rights"
             raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{output}: {reason}") from None
-        write_whole(output / FILE_NAME, json.dumps({"format": FORMAT, "characters": []}).encode())
+        write_whole(output / FILE_NAME, to_json(BatchDocument()).encode())
     return alone(output, output)
 
 
-def _entry(job: Job, output: Path, outcome: dict[str, Any] | FaceZipError) -> dict[str, Any]:
-    about = {"name": job.name, "character": str(job.character)}
+def _entry(job: Job, output: Path, outcome: Outcome | FaceZipError) -> Finished | Failed:
+    character = str(job.character)
     if isinstance(outcome, FaceZipError):
-        return {**about, "status": "failed", "error": {"code": str(outcome.code), "message": str(outcome)}}
-    return {**outcome, **about, "pack": str(output / f"{job.name}.facezip")}
+        return Failed(name=job.name, character=character, error=Fault.of(outcome))
+    return _finished(job.name, output, outcome.status, character, outcome.document)
 
 
-def _earlier(output: Path, names: Container[str]) -> list[dict[str, Any]]:
+def _earlier(output: Path, names: Container[str]) -> list[Finished]:
     """The entries of what earlier runs have left in the folder."""
-    return [
-        {"status": "earlier", **document, "name": name, "pack": str(output / f"{name}.facezip")}
-        for name, document in finished.earlier(output, names).items()
-    ]
+    found = finished.earlier(output, names)
+    return [_finished(name, output, "earlier", *each) for name, each in found.items()]
 
 
-def _counts(entries: list[dict[str, Any]]) -> dict[str, Any]:
-    status = Counter(entry["status"] for entry in entries)
-    failed = [entry["name"] for entry in entries if entry["status"] == "failed"]
-    return {**{word: status[word] for word in ("made", "kept", "earlier")}, "failed": failed}
+def _finished(name: str, output: Path, status: Status, character: str, document: CompressDocument) -> Finished:
+    about = {"name": name, "pack": str(output / f"{name}.facezip")}
+    return Finished(**{**vars(document), **about}, status=status, character=character)
 
 
-def _lines(document: Mapping[str, Any]) -> list[str]:
-    entries = [entry for entry in document["characters"] if entry["status"] != "earlier"]
-    width = max(len(entry["name"]) for entry in entries)
+def _document(output: Path, entries: Sequence[Finished | Failed], seconds: float) -> BatchDocument:
+    status = Counter(entry.status for entry in entries)
+    return BatchDocument(
+        output=str(output),
+        characters=entries,
+        made=status["made"],
+        kept=status["kept"],
+        earlier=status["earlier"],
+        failed=[entry.name for entry in entries if entry.status == "failed"],
+        seconds=seconds,
+    )
+
+
+def _lines(document: BatchDocument) -> list[str]:
+    entries = [entry for entry in document.characters if entry.status != "earlier"]
+    width = max(len(entry.name) for entry in entries)
     lines = [f"{'':{width}}  status    RMSE   seconds    on GPU"]
     for entry in entries:
-        row = f"{entry['name']:{width}}  {entry['status']:6}"
-        if entry["status"] != "failed":
-            row += f"  {entry['rmse']:6.2f}  {entry['seconds']:8.1f}  {megabytes(entry['bytes_on_gpu']):>9}"
+        row = f"{entry.name:{width}}  {entry.status:6}"
+        if isinstance(entry, Finished):
+            row += f"  {entry.rmse:6.2f}  {entry.seconds:8.1f}  {megabytes(entry.bytes_on_gpu):>9}"
         lines.append(row)
-    failed = f", {len(document['failed'])} failed" if document["failed"] else ""
-    others = f", {document['earlier']} of earlier runs" if document["earlier"] else ""
-    done = f"{document['made']} made, {document['kept']} kept{failed}{others}"
-    return [*lines, f"{document['output']}: {done}, {document['seconds']:.1f} s"]
+    failed = f", {len(document.failed)} failed" if document.failed else ""
+    others = f", {document.earlier} of earlier runs" if document.earlier else ""
+    done = f"{document.made} made, {document.kept} kept{failed}{others}"
+    return [*lines, f"{document.output}: {done}, {document.seconds:.1f} s"]

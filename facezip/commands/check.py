@@ -1,10 +1,10 @@
 """``facezip check``: is every expression registered to the neutral, before time is spent on compressing it."""
 
-import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Literal
 
 import click
 
@@ -18,15 +18,98 @@ from facezip.character.alignment import (
     worst_of,
     worst_tile,
 )
+from facezip.character.facts import CharacterFacts
 from facezip.character.loading import load_character, save_character
 from facezip.character.registration import register
 from facezip.character.scans import Character
 from facezip.commands import options
+from facezip.documents.document import Document, to_json
 from facezip.errors import ExitCode
 from facezip.files.writing import whole_folder
 
-FORMAT = "facezip-alignment/1"
 FILE_NAME, SHEET = "alignment.json", "alignment.png"
+
+
+@dataclass(frozen=True, kw_only=True)
+class AlignmentFacts:
+    """How a texture lies on the neutral's.
+
+    Attributes
+    ----------
+    rms : root mean square of what is known of the displacement, in texels.
+    worst : the largest displacement, in texels.
+    worst_uv : where that is.
+    known : the share of the face on which the displacement is known.
+    state : ``unknown`` where it has too little in common with the neutral to tell.
+    why : what is wrong besides the displacement, or nothing.
+    threshold : the ``rms`` up to which it counts as registered, in texels.
+    """
+
+    rms: float
+    worst: float
+    worst_uv: tuple[float, float]
+    known: float
+    state: Literal["registered", "misregistered", "unknown"]
+    why: str
+    threshold: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExpressionAlignment(AlignmentFacts):
+    """How an expression's textures lie on the neutral's: the numbers of the worst tile.
+
+    Attributes
+    ----------
+    tile : which that is.
+    tiles : by UDIM number, in the texels of each.
+    """
+
+    tile: int
+    tiles: Mapping[str, AlignmentFacts]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RegisterFacts:
+    """Scans that were written with their textures moved.
+
+    Attributes
+    ----------
+    output : their folder.
+    moved : the expressions that were.
+    rms : of each of those, what is left, in texels.
+    left : those that are misregistered still.
+    """
+
+    output: str
+    moved: Sequence[str]
+    rms: Mapping[str, float]
+    left: Sequence[str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckDocument(Document):
+    """How well expressions are registered to the neutral.
+
+    Attributes
+    ----------
+    character : the scans.
+    threshold : the ``rms`` up to which an expression counts as registered, in texels of the first tile.
+    expressions : by name.
+    misregistered, unknown : names of those that are off, and of those of which nothing can be told.
+    seconds : the whole job.
+    register : what ``--register`` wrote, where it was given.
+    picture : the contact sheet, where ``-o`` was given.
+    """
+
+    format: Literal["facezip-alignment/1"] = "facezip-alignment/1"
+    character: CharacterFacts
+    threshold: float
+    expressions: Mapping[str, ExpressionAlignment]
+    misregistered: Sequence[str]
+    unknown: Sequence[str]
+    seconds: float
+    register: RegisterFacts | None = None
+    picture: str | None = None
 
 
 @click.command("check")
@@ -49,83 +132,84 @@ def command(character: Path, output: Path | None, corrected: Path | None, overwr
     begin = perf_counter()
     scans = load_character(character)
     found = alignments(scans)
-    document = {"format": FORMAT, "character": scans.facts, **_numbers(found)}
-    if corrected is not None:
-        document["register"] = _register(scans, found, corrected)
-    document["seconds"] = round(perf_counter() - begin, 3)
+    moved = None if corrected is None else _register(scans, found, corrected)
+    document = _document(scans, found, moved, round(perf_counter() - begin, 3))
     if output is not None:
         _write(output, overwrite, document, scans, found)
-        document["picture"] = str(output / SHEET)
+        document = replace(document, picture=str(output / SHEET))
     options.answer(document, as_json, lambda: _lines(document))
-    left = document["register"]["left"] if corrected is not None else document["misregistered"]
-    return ExitCode.DIFFERENCE if left or document["unknown"] else ExitCode.DONE
+    left = document.misregistered if moved is None else moved.left
+    return ExitCode.DIFFERENCE if left or document.unknown else ExitCode.DONE
 
 
-def _numbers(found: Alignments) -> dict[str, Any]:
-    """Of every expression the numbers of its worst tile, and those of each, in the texels of that tile."""
+def _document(scans: Character, found: Alignments, moved: RegisterFacts | None, seconds: float) -> CheckDocument:
     first = next(iter(found.values()))
-    return {
-        "threshold": _threshold(first[min(first)]),
-        "expressions": {
-            name: {
-                "tile": worst_tile(tiles),
-                **_number(worst_of(tiles)),
-                "tiles": {str(tile): _number(alignment) for tile, alignment in tiles.items()},
-            }
-            for name, tiles in found.items()
-        },
-        "misregistered": list(misregistered(found)),
-        "unknown": undecided(found),
-    }
+    return CheckDocument(
+        character=scans.facts,
+        threshold=_threshold(first[min(first)]),
+        expressions={name: _expression(tiles) for name, tiles in found.items()},
+        misregistered=list(misregistered(found)),
+        unknown=undecided(found),
+        seconds=seconds,
+        register=moved,
+    )
 
 
-def _number(alignment: Alignment) -> dict[str, Any]:
+def _expression(tiles: Mapping[int, Alignment]) -> ExpressionAlignment:
+    return ExpressionAlignment(
+        **vars(_facts(worst_of(tiles))),
+        tile=worst_tile(tiles),
+        tiles={str(tile): _facts(alignment) for tile, alignment in tiles.items()},
+    )
+
+
+def _facts(alignment: Alignment) -> AlignmentFacts:
     texels, u, v = alignment.worst
-    return {
-        "rms": round(alignment.rms, 3),
-        "worst": round(texels, 3),
-        "worst_uv": [round(u, 3), round(v, 3)],
-        "known": round(alignment.known, 3),
-        "state": alignment.state,
-        "why": alignment.why,
-        "threshold": _threshold(alignment),
-    }
+    return AlignmentFacts(
+        rms=round(alignment.rms, 3),
+        worst=round(texels, 3),
+        worst_uv=(round(u, 3), round(v, 3)),
+        known=round(alignment.known, 3),
+        state=alignment.state,
+        why=alignment.why,
+        threshold=_threshold(alignment),
+    )
 
 
 def _threshold(alignment: Alignment) -> float:
     return THRESHOLD * alignment.unit
 
 
-def _register(scans: Character, found: Alignments, folder: Path) -> dict[str, Any]:
+def _register(scans: Character, found: Alignments, folder: Path) -> RegisterFacts:
     moved_scans, moved = register(scans, found)
     save_character(moved_scans, folder)
     after = alignments(moved_scans, moved) if moved else {}
     rms = {name: round(worst_of(tiles).rms, 3) for name, tiles in after.items()}
     left = list(misregistered({name: after.get(name, tiles) for name, tiles in found.items()}))
-    return {"output": str(folder), "moved": list(moved), "rms": rms, "left": left}
+    return RegisterFacts(output=str(folder), moved=list(moved), rms=rms, left=left)
 
 
-def _write(output: Path, overwrite: bool, document: Mapping[str, Any], scans: Character, found: Alignments) -> None:
+def _write(output: Path, overwrite: bool, document: CheckDocument, scans: Character, found: Alignments) -> None:
     from reports.alignment import write_contact_sheet
 
     with whole_folder(output, overwrite, lambda folder: (folder / FILE_NAME).is_file()) as folder:
         write_contact_sheet(folder / SHEET, scans, found)
-        (folder / FILE_NAME).write_text(json.dumps(document, indent=1, allow_nan=False))
+        (folder / FILE_NAME).write_text(to_json(document))
 
 
-def _lines(document: Mapping[str, Any]) -> list[str]:
-    found, wrong, unknown = document["expressions"], document["misregistered"], document["unknown"]
-    width, several = max(map(len, found)), len(document["character"]["tiles"]) > 1
+def _lines(document: CheckDocument) -> list[str]:
+    found, wrong, unknown = document.expressions, document.misregistered, document.unknown
+    width, several = max(map(len, found)), len(document.character.tiles) > 1
     heading = "at u, v on tile" if several else "at u, v"
     lines = [f"{'texels off the neutral':{max(width + 2, 22)}}     rms   worst   {heading}"]
-    for name, one in sorted(found.items(), key=lambda pair: -pair[1]["rms"] / pair[1]["threshold"]):
-        after = document.get("register", {}).get("rms", {}).get(name)
+    for name, one in sorted(found.items(), key=lambda pair: -pair[1].rms / pair[1].threshold):
+        after = document.register.rms.get(name) if document.register else None
         moved = "" if after is None else f"  registered: {after:.2f}"
         # Where the whole is off, features are too.
-        why = f": {one['why']}" if one["rms"] <= one["threshold"] else ""
+        why = f": {one.why}" if one.rms <= one.threshold else ""
         mark = f"  <-- misregistered{why}" if name in wrong else ""
-        place = ", ".join(f"{value:.2f}" for value in one["worst_uv"]) + (f" on {one['tile']}" if several else "")
-        numbers = f"{one['rms']:6.2f}  {one['worst']:6.2f}   {place}"
+        place = ", ".join(f"{value:.2f}" for value in one.worst_uv) + (f" on {one.tile}" if several else "")
+        numbers = f"{one.rms:6.2f}  {one.worst:6.2f}   {place}"
         numbers = "too little in common to tell" if name in unknown else numbers
         lines.append(f"  {name:{max(width, 20)}}  {numbers}{moved}{mark}")
     said = ", ".join(
@@ -133,11 +217,11 @@ def _lines(document: Mapping[str, Any]) -> list[str]:
         for names, what in ((wrong, "misregistered"), (unknown, "cannot be told"))
         if names
     )
-    lines.append(f"{document['character']['name']}: {said or 'all registered'}, {document['seconds']:.1f} s")
-    lines += _register_lines(document["register"]) if "register" in document else []
-    return [*lines, *([f"  open {document['picture']}"] if "picture" in document else [])]
+    lines.append(f"{document.character.name}: {said or 'all registered'}, {document.seconds:.1f} s")
+    lines += _register_lines(document.register) if document.register else []
+    return [*lines, *([f"  open {document.picture}"] if document.picture else [])]
 
 
-def _register_lines(register: Mapping[str, Any]) -> list[str]:
-    left = f"; still misregistered: {', '.join(register['left'])}" if register["left"] else ""
-    return [f"  {register['output']}: corrected{left}"]
+def _register_lines(register: RegisterFacts) -> list[str]:
+    left = f"; still misregistered: {', '.join(register.left)}" if register.left else ""
+    return [f"  {register.output}: corrected{left}"]

@@ -11,6 +11,7 @@ import click
 from facezip.commands import options
 from facezip.commands.fit_options import check_together, fit_options, request_of
 from facezip.commands.words import cleaning_words, error_words, masks_words, megabytes, memory_words
+from facezip.fit.documents import CompressDocument, KeptFacts
 from facezip.fit.kept_files import Keeping
 from facezip.fit.pipeline import Request, compress_into
 from facezip.machine.memory import beside, limited
@@ -138,26 +139,26 @@ def _check_kept(request: Request) -> None:
         raise click.UsageError("--keep-region keeps the range of weights that the pack has: leave --nonnegative out")
 
 
-def _lines(document: Mapping[str, Any]) -> list[str]:
+def _lines(document: CompressDocument) -> list[str]:
     blocks, plain = memory_words(document)
-    each = " each" * (len(document["maps"]) > 1)
+    each = " each" * (len(document.maps) > 1)
     return [
-        f"{document['pack']}: {len(document['expressions'])} expressions{several(document)} in "
-        f"{document['differences']} difference textures{each}, method {document['method']}, "
-        f"{document['seconds']:.1f} s",
-        *(f"  cleaned    {line}" for line in cleaning_words(document.get("cleaning", {}))),
-        *(f"  {name:<10} {error_words(found)} ({document['region']})" for name, found in document["errors"].items()),
-        *([f"  kept       {_kept_words(document['kept'])}"] if "kept" in document else []),
-        *([f"  masks      {masks_words(document['masks'])}"] if document["masks"] else []),
-        *([f"  chosen     {document['choice']['reason']}"] if "choice" in document else []),
+        f"{document.pack}: {len(document.expressions)} expressions{several(document)} in "
+        f"{document.differences} difference textures{each}, method {document.method}, "
+        f"{document.seconds:.1f} s",
+        *(f"  cleaned    {line}" for line in cleaning_words(document.cleaning)),
+        *(f"  {name:<10} {error_words(found)} ({document.region})" for name, found in document.errors.items()),
+        *([f"  kept       {_kept_words(document.kept)}"] if document.kept else []),
+        *([f"  masks      {masks_words(document.masks)}"] if document.masks else []),
+        *([f"  chosen     {document.choice.reason}"] if document.choice else []),
         f"  GPU        {blocks}",
         f"             {plain}",
-        f"  on disk    {megabytes(document['bytes_on_disk'])}, geometry {megabytes(document['bytes_geometry'])} of it",
+        f"  on disk    {megabytes(document.bytes_on_disk)}, geometry {megabytes(document.bytes_geometry)} of it",
     ]
 
 
-def _kept_words(kept: Mapping[str, Any]) -> str:
+def _kept_words(kept: KeptFacts) -> str:
     """What is kept of an older pack, and the errors on either side of its border."""
-    sides = [("inside", kept["rmse_inside"]), ("outside", kept["rmse_outside"])]
+    sides = [("inside", kept.rmse_inside), ("outside", kept.rmse_outside)]
     errors = ", ".join(f"{error:.2f} {side}" for side, error in sides if error is not None)
-    return f"{', '.join(kept['regions'])}, {kept['share']:.0%} of the face; albedo {errors}"
+    return f"{', '.join(kept.regions)}, {kept.share:.0%} of the face; albedo {errors}"

@@ -1,8 +1,10 @@
 """``facezip decompress``: textures out of a pack, of expressions or of a blend."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import click
 import numpy as np
@@ -12,6 +14,7 @@ from facezip.character.maps import Map
 from facezip.character.scans import unknown
 from facezip.character.tiles import FIRST_TILE
 from facezip.commands import options
+from facezip.documents.document import Document
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import write_texture
 from facezip.files.writing import whole_folder
@@ -24,6 +27,21 @@ from facezip.pack.read import read_bytes, read_pack
 
 BLEND_FILE = "blend"
 _WEIGHTS = re.compile(r".+\.difference_\d\.png", re.DOTALL)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DecompressDocument(Document):
+    """What ``facezip decompress`` wrote.
+
+    Attributes
+    ----------
+    output : the folder.
+    textures : names of the files in it.
+    """
+
+    format: Literal["facezip-decompress/1"] = "facezip-decompress/1"
+    output: str
+    textures: Sequence[str]
 
 
 @click.command("decompress")
@@ -60,7 +78,7 @@ def command(
         textures = (
             _weights(pack, output, names, overwrite) if weights else _decompress(pack, output, names, blend, overwrite)
         )
-    document = {"output": str(output), "textures": textures}
+    document = DecompressDocument(output=str(output), textures=textures)
     options.answer(document, as_json, lambda: [f"{output}: {len(textures)} texture(s)"])
 
 

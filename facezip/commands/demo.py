@@ -1,23 +1,48 @@
 """``facezip demo``: the main job on the embedded character."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Literal
 
 import click
 
 from facezip.character.loading import load_character, save_character
 from facezip.character.scans import Character
 from facezip.commands import options
+from facezip.documents.document import Document
 from facezip.files.writing import whole_folder
+from facezip.fit.documents import MeasuredPack
 from facezip.fit.methods import compress
 from facezip.fit.pipeline import Request, write_measured
 from facezip.pack.errors import albedo_errors, mean_rmse
+from render.documents import Baseline, Judged
 
 REPORT = "report"
 PACK = "character.facezip"
 # Most of what a render shows of the loss is the albedo's (docs/maps.md).
 MAP_WEIGHTS = {"normal": 0.25, "roughness": 0.1}
+
+
+@dataclass(frozen=True, kw_only=True)
+class DemoDocument(MeasuredPack, Document):
+    """What ``facezip demo`` made.
+
+    Attributes
+    ----------
+    pack, output, report : the pack, the folder of everything, and the page.
+    packs : what renders say of the pack.
+    seconds : the whole job.
+    """
+
+    format: Literal["facezip-demo/1"] = "facezip-demo/1"
+    pack: str
+    output: str
+    report: str
+    packs: Sequence[Judged]
+    seconds: float
 
 
 @click.command("demo")
@@ -64,40 +89,42 @@ def command(
             folder / REPORT,
             Settings(resolution=image_resolution, spp=spp, seed=seed),
         )
-        document |= {
-            "baselines": baselines(scans, seed),
-            "command": _call(resolution, expressions, image_resolution, spp, seed),
-        }
+        document = replace(
+            document,
+            baselines=baselines(scans, seed),
+            command=_call(resolution, expressions, image_resolution, spp, seed),
+        )
         write_validation_report(document, folder / REPORT)
-    answer = {
-        **compressed,
-        "pack": str(output / PACK),
-        "output": str(output),
-        "report": str(output / REPORT / "index.html"),
-    }
-    answer |= {"packs": document["packs"], "seconds": round(perf_counter() - start, 2)}
+    answer = DemoDocument(
+        **vars(compressed),
+        pack=str(output / PACK),
+        output=str(output),
+        report=str(output / REPORT / "index.html"),
+        packs=document.packs,
+        seconds=round(perf_counter() - start, 2),
+    )
     options.answer(answer, as_json, lambda: _lines(answer))
 
 
-def baselines(scans: Character, seed: int) -> list[dict[str, Any]]:
+def baselines(scans: Character, seed: int) -> list[Baseline]:
     """Texture errors of what else a user could pick at about the same bytes (the paper's Figure 6)."""
-    rivals: dict[str, dict[str, Any]] = {
-        "paper": {"method": "paper", "seed": seed},
-        "paper without permutation": {"method": "paper-unpermuted", "seed": seed},
-        "PCA(4)": {"method": "pca", "differences": 4},
+    rivals = {
+        "paper": partial(compress, method="paper", seed=seed),
+        "paper without permutation": partial(compress, method="paper-unpermuted", seed=seed),
+        "PCA(4)": partial(compress, method="pca", differences=4),
     }
     rows = []
-    for name, settings in rivals.items():
-        model = compress(scans, **settings)
+    for name, fit in rivals.items():
+        model = fit(scans)
         errors = albedo_errors(scans, model)
         rows.append(
-            {
-                "name": name,
-                "texture_rmse": mean_rmse(errors),
-                "texture_rmse_per_expression": errors,
-                "bytes_on_gpu": model.footprint.bytes_on_gpu,
-                "fetches": model.footprint.fetches,
-            }
+            Baseline(
+                name=name,
+                texture_rmse=mean_rmse(errors),
+                texture_rmse_per_expression=errors,
+                bytes_on_gpu=model.footprint.bytes_on_gpu,
+                fetches=model.footprint.fetches,
+            )
         )
     return rows
 
@@ -112,11 +139,11 @@ def _is_demo(folder: Path) -> bool:
     return (folder / REPORT / "report.json").is_file() and (folder / "character").is_dir()
 
 
-def _lines(answer: dict[str, Any]) -> list[str]:
-    pack = answer["packs"][0]
+def _lines(answer: DemoDocument) -> list[str]:
+    pack = answer.packs[0]
     return [
-        f"{answer['output']}: {len(answer['expressions'])} expressions, texture RMSE {answer['rmse']:.2f} of 255, "
-        f"{answer['bytes_raw_bc7'] / answer['bytes_bc7']:.1f}x less GPU memory in BC7, {answer['seconds']:.0f} s",
-        f"  {pack['verdict']}",
-        f"  open {answer['report']}",
+        f"{answer.output}: {len(answer.expressions)} expressions, texture RMSE {answer.rmse:.2f} of 255, "
+        f"{answer.bytes_raw_bc7 / answer.bytes_bc7:.1f}x less GPU memory in BC7, {answer.seconds:.0f} s",
+        f"  {pack.verdict}",
+        f"  open {answer.report}",
     ]

@@ -42,7 +42,7 @@ def command(path: Path, as_json: bool) -> int:
     if sys.stdout.isatty() and not as_json:
         _show(found)
     else:
-        options.answer(found.document(), as_json, lambda: [*_lines(found)])
+        options.answer(found, as_json, lambda: [*_lines(found)])
     if found.refusals:
         return ExitCode.BAD_INPUT
     return ExitCode.DIFFERENCE if found.asks else ExitCode.DONE

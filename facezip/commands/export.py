@@ -11,6 +11,7 @@ import click
 from facezip.character.loading import load_character
 from facezip.commands import options
 from facezip.commands.words import megabytes
+from facezip.documents.document import Data, plain
 from facezip.export import TARGETS
 from facezip.export.regions import UDIM
 from facezip.export.source import APART, TOGETHER
@@ -100,11 +101,11 @@ def command(
     if character:
         given["character"] = load_character(character)
     with limited(memory, beside(output)):
-        document = TARGETS[target](pack, output, overwrite=overwrite, **given)
+        document: Data = plain(TARGETS[target](pack, output, overwrite=overwrite, **given))
     options.answer(document, as_json, lambda: _lines(document))
 
 
-def _lines(document: Mapping[str, Any]) -> list[str]:
+def _lines(document: Data) -> list[str]:
     """What was measured, of each map; means over tiles where there are several."""
     lines = [f"{document['output']}: {megabytes(document['bytes'])}"]
     tiles = [*document.get("tiles", {"": document}).values()]

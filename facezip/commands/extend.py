@@ -1,15 +1,15 @@
 """``facezip extend``: new expressions under the difference textures of a pack."""
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import click
 
 from facezip.commands import options
 from facezip.commands.words import memory_words
-from facezip.fit.extending import extend_into, per_expression
+from facezip.fit.documents import ExtendDocument
+from facezip.fit.extending import extend_into
 from facezip.machine.memory import beside, limited
 
 # A smaller share of weights at the end of their range is not worth a word.
@@ -43,27 +43,26 @@ def command(
     options.answer(document, as_json, lambda: _lines(document))
 
 
-def _lines(document: Mapping[str, Any]) -> list[str]:
-    added, kept = document["added"], document["kept"]
+def _lines(document: ExtendDocument) -> list[str]:
+    added, kept = document.added, document.kept
     verb = "stays as it is" if len(kept) == 1 else "stay as they are"
     stay = f"; {', '.join(kept)} {verb}" if kept else ""
     blocks, _ = memory_words(document)
     return [
-        f"{document['pack']}: {len(added)} new of {len(document['expressions'])} expressions{stay}, "
-        f"{document['seconds']:.1f} s",
+        f"{document.pack}: {len(added)} new of {len(document.expressions)} expressions{stay}, {document.seconds:.1f} s",
         *(f"  {name:<10} {_words(document, name)}" for name in added),
-        *_advice(document["advised"]),
+        *_advice(document.advised),
         f"  GPU        {blocks}",
     ]
 
 
-def _words(document: Mapping[str, Any], name: str) -> str:
+def _words(document: ExtendDocument, name: str) -> str:
     """The errors of a new expression, map by map, beside those of a fit of all where there was one."""
-    full, parts = document["full_fit"], []
-    for kind, found in document["errors"].items():
-        beside = f", {per_expression(full[kind])[name]:.2f} with a fit of all" if full else ""
-        parts.append(f"{kind} {per_expression(found)[name]:.2f}{beside}")
-    cut = document["cut"][name]
+    full, parts = document.full_fit, []
+    for kind, found in document.errors.items():
+        beside = f", {full[kind].per_expression[name]:.2f} with a fit of all" if full else ""
+        parts.append(f"{kind} {found.per_expression[name]:.2f}{beside}")
+    cut = document.cut[name]
     bounded = f"; {cut:.0%} of its weights at the end of the old ones' range" if cut >= LEAST_CUT else ""
     return "; ".join(parts) + bounded
 

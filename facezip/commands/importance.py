@@ -1,8 +1,8 @@
 """``facezip importance``: which texels the cameras look at, as a weight of the fit, and what that gains."""
 
-from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -13,6 +13,9 @@ from facezip.files.writing import whole_folder
 from facezip.fit.importance import importance_files
 from scenes.cameras import VIEWS
 from scenes.lights import RIGS
+
+if TYPE_CHECKING:
+    from reports.importance.documents import ImportanceDocument
 
 REPORT_FILE = "importance.json"
 
@@ -79,6 +82,7 @@ def command(
     other. Maps that light does not meet take the albedo's.
     """
     from render.importance import Sight
+    from reports.importance.documents import FitSettings
     from reports.importance.experiment import looks_of, measure_importance
     from reports.importance.report import write_importance_report
 
@@ -86,9 +90,9 @@ def command(
         scans = load_character(character)
         made_for, held_out = looks_of(views, lights)
         sight = Sight(made_for, resolution, spp, seed, material)
-        fit = {"differences": differences, "weight_scale": weight_scale}
+        fit = FitSettings(differences=differences, weight_scale=weight_scale)
         document, importance = measure_importance(scans, sight, held_out, fit, floor)
-        document["command"] = (
+        command = (
             f"facezip importance {character} -o {output} --views {views} --lights {lights} --material {material} "
             f"--resolution {resolution} --spp {spp} --floor {floor:g} --differences {differences} "
             f"--weight-scale {weight_scale} --seed {seed}"
@@ -96,23 +100,26 @@ def command(
         names = importance_files(scans)
         for key, values in importance.items():
             write_values(folder / names[key], values)
+        document = replace(document, command=command)
         write_importance_report(document, scans, importance, sight, folder)
     taken = output if len(importance) > 1 else output / names[next(iter(importance))]
-    answer = {**document, "output": str(output), "importance_file": str(taken), "report": str(output / "index.html")}
+    answer = replace(document, output=str(output), importance_file=str(taken), report=str(output / "index.html"))
     options.answer(answer, as_json, lambda: _lines(answer))
 
 
-def _lines(answer: Mapping[str, Any]) -> list[str]:
-    change, facts = answer["change"], answer["importance"]
+def _lines(answer: "ImportanceDocument") -> list[str]:
+    change, facts = answer.change, answer.importance
     lines = [
-        f"{answer['importance_file']}: {facts['seen_share']:.0%} of the face region seen, floor {facts['floor']:g}, "
-        f"{answer['seconds']['total']:.0f} s"
+        f"{answer.importance_file}: {facts.seen_share:.0%} of the face region seen, floor {facts.floor:g}, "
+        f"{answer.seconds.total:.0f} s"
     ]
-    for name, words in (("made_for", "its own views"), ("held_out", "held-out views")):
-        if change[name]:
-            pair = change[name]
+    for pair, worst, words in (
+        (change.made_for, change.worst_made_for, "its own views"),
+        (change.held_out, change.worst_held_out, "held-out views"),
+    ):
+        if pair:
             lines.append(
-                f"  image RMSE, {words}: {pair['importance']:.3f} instead of {pair['uniform']:.3f} of 255 "
-                f"({pair['change']:+.1%}), worst look {change[f'worst_{name}']:+.1%}"
+                f"  image RMSE, {words}: {pair.importance:.3f} instead of {pair.uniform:.3f} of 255 "
+                f"({pair.change:+.1%}), worst look {worst:+.1%}"
             )
-    return [*lines, f"  open {answer['report']}"]
+    return [*lines, f"  open {answer.report}"]

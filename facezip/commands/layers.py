@@ -2,7 +2,7 @@
 
 import shlex
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -12,6 +12,9 @@ from facezip.files.writing import whole_folder
 from facezip.pack.facts import pack_facts
 from facezip.pack.parsing import read_manifest
 from facezip.pack.read import read_pack
+
+if TYPE_CHECKING:
+    from reports.layers.documents import LayersDocument
 
 
 @click.command("layers")
@@ -34,10 +37,10 @@ def command(pack: Path, output: Path, overwrite: bool, as_json: bool) -> None:
     options.answer(document, as_json, lambda: _lines(document, output))
 
 
-def _lines(document: dict[str, Any], output: Path) -> list[str]:
+def _lines(document: "LayersDocument", output: Path) -> list[str]:
     lines = []
-    for layer in document["layers"]:
-        uses = ", ".join(f"{use['name']} {use['level']:.2f}" for use in layer["expressions"][:3])
-        lines.append(f"layer {layer['layer']}: {layer['name']}; most in {uses} (levels of 255)")
-    masks = [mask["name"] for mask in document["masks"][:3]]
+    for layer in document.layers:
+        uses = ", ".join(f"{use.name} {use.level:.2f}" for use in layer.expressions[:3])
+        lines.append(f"layer {layer.layer}: {layer.name}; most in {uses} (levels of 255)")
+    masks = [mask.name for mask in document.masks[:3]]
     return [*lines, *([f"masks that do most: {', '.join(masks)}"] if masks else []), f"{output / 'index.html'}"]

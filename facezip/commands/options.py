@@ -1,14 +1,14 @@
 """Options that several verbs share, and the two ways in which a verb answers."""
 
-import json
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import click
 from click.core import ParameterSource
 
+from facezip.documents.document import Data, Document, to_json
 from facezip.names import printable
 
 FOLDER = click.Path(path_type=Path)
@@ -74,7 +74,7 @@ def worker_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return click.option("--workers", type=count, metavar="N", callback=either, help=help_workers)(command)
 
 
-def answer(document: Mapping[str, Any], as_json: bool, lines: Callable[[], Sequence[str]]) -> None:
+def answer(document: Document | Data, as_json: bool, lines: Callable[[], Sequence[str]]) -> None:
     """Print the document as JSON, or the lines that say the same to a person."""
     # click.echo takes ASCII for a mistake and writes UTF-8.
-    print(json.dumps(document, indent=1, allow_nan=False) if as_json else "\n".join(map(printable, lines())))
+    print(to_json(document) if as_json else "\n".join(map(printable, lines())))

@@ -1,9 +1,10 @@
 """``facezip paper``: the paper's Table 1 and Figures 6, 7 and 8, on any character, with our methods beside its own."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -14,10 +15,11 @@ from facezip.commands import options
 from facezip.files.writing import whole_folder
 
 if TYPE_CHECKING:
+    from reports.paper.documents import PaperDocument, ShapesFigure
     from reports.paper.experiments import Settings
 
 REPORT_FILE = "paper.json"
-Shapes = Callable[[Character], dict[str, Any]]
+Shapes = Callable[[Character], "ShapesFigure"]
 EMBEDDED = (512, 1024, 2048)
 POSITIVE = click.IntRange(min=1)
 
@@ -89,9 +91,9 @@ def command(
             origin = f"the scans’ own {widths[0]} texels and halves of it by a box filter"
         chosen = Settings(**settings, mask_counts=mask_counts or MASK_COUNTS)
         document = reproduce(people, len(widths), chosen, origin, shapes)
-        document["command"] = _call(character, template, output, expressions, widths, chosen)
+        document = replace(document, command=_call(character, template, output, expressions, widths, chosen))
         write_paper_report(document, folder)
-    answer = {**document, "output": str(output), "report": str(output / "index.html")}
+    answer = replace(document, output=str(output), report=str(output / "index.html"))
     options.answer(answer, as_json, lambda: _lines(answer))
 
 
@@ -108,7 +110,7 @@ def _scanned(scans: Character, wanted: Sequence[int]) -> tuple[Iterable[Characte
     return at_widths(scans, widths), widths
 
 
-def _embedded_shapes(scans: Character, seed: int) -> dict[str, Any]:
+def _embedded_shapes(scans: Character, seed: int) -> "ShapesFigure":
     from reports.paper.generated import figure_8
     from scenes.character import Person
     from scenes.template import embedded_template
@@ -117,7 +119,7 @@ def _embedded_shapes(scans: Character, seed: int) -> dict[str, Any]:
     return figure_8(scans, embedded_template(), seed, lambda shape, _: person.texture({shape: 1.0}))
 
 
-def _scanned_shapes(scans: Character, template: Path, seed: int) -> dict[str, Any]:
+def _scanned_shapes(scans: Character, template: Path, seed: int) -> "ShapesFigure":
     from facezip.rigging.template import load_template
     from reports.paper.generated import figure_8
 
@@ -141,13 +143,13 @@ def _call(
     return " ".join(words)
 
 
-def _lines(answer: Mapping[str, Any]) -> list[str]:
-    means = answer["figure_6"]["rmse"]
-    differing = [finding for finding in answer["findings"] if finding["stance"] == "differs"]
+def _lines(answer: "PaperDocument") -> list[str]:
+    means = answer.figure_6.rmse
+    differing = [finding for finding in answer.findings if finding.stance == "differs"]
     return [
-        f"{answer['output']}: {answer['character']['name']}, mean RMSE of 255: paper {means['paper']:.2f}, "
+        f"{answer.output}: {answer.character.name}, mean RMSE of 255: paper {means['paper']:.2f}, "
         f"PCA(4) {means['pca_4']:.2f}, PCA(8) {means['pca_8']:.2f}, refined {means['refined']:.2f}; "
-        f"{answer['seconds']['total']:.0f} s",
-        *(f"  differs from the paper: {finding['title']}. {finding['here']}" for finding in differing),
-        f"  open {answer['report']}",
+        f"{answer.seconds.total:.0f} s",
+        *(f"  differs from the paper: {finding.title}. {finding.here}" for finding in differing),
+        f"  open {answer.report}",
     ]

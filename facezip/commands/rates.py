@@ -1,16 +1,20 @@
 """``facezip rates``: error against GPU memory, packs beside block compression of every texture."""
 
-from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import click
 
 from facezip.blocks.codecs import EFFORTS
 from facezip.character.loading import load_character
 from facezip.commands import options
+from facezip.documents.document import plain
 from facezip.files.writing import whole_folder
 from facezip.pack.facts import several
+
+if TYPE_CHECKING:
+    from reports.rates.documents import RatesDocument
 
 REPORT_FILE = "rates.json"
 
@@ -66,20 +70,18 @@ def command(
         scans = load_character(character) if character else make_character(resolution, expressions, seed)
         document = measure_rates(scans, blends_to, effort, seed)
         made = str(character) if character else f"--resolution {resolution} --expressions {expressions}"
-        document["command"] = (
-            f"facezip rates {made} -o {output} --blends-to {blends_to} --effort {effort} --seed {seed}"
-        )
+        command = f"facezip rates {made} -o {output} --blends-to {blends_to} --effort {effort} --seed {seed}"
+        document = replace(document, command=command)
         write_rates_report(document, folder)
-    answer = {**document, "output": str(output), "report": str(output / "index.html")}
+    answer = replace(document, output=str(output), report=str(output / "index.html"))
     options.answer(answer, as_json, lambda: _lines(answer))
 
 
-def _lines(answer: Mapping[str, Any]) -> list[str]:
+def _lines(answer: "RatesDocument") -> list[str]:
     from reports.rates.findings import find
 
     return [
-        f"{answer['output']}: {answer['character']['name']}{several(answer['character'])}, "
-        f"{answer['seconds']['total']:.0f} s",
-        *(f"  {finding['title']}: {finding['here']}" for finding in find(answer)),
-        f"  open {answer['report']}",
+        f"{answer.output}: {answer.character.name}{several(answer.character)}, {answer.seconds.total:.0f} s",
+        *(f"  {finding.title}: {finding.here}" for finding in find(plain(answer))),
+        f"  open {answer.report}",
     ]

@@ -1,6 +1,6 @@
 """``facezip rig``: scans and a template in, the person's own shapes and a pack that blends them out."""
 
-from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,8 @@ from facezip.commands.words import cleaning_words, megabytes
 from facezip.fit.settings import USED
 from facezip.machine.memory import beside, limited
 from facezip.pack.facts import several
-from facezip.rigging.pipeline import RigRequest, rig_into
+from facezip.rigging.documents import RigDocument, RigRequest
+from facezip.rigging.pipeline import rig_into
 from facezip.rigging.rigged import MAPS
 
 
@@ -54,33 +55,34 @@ def command(
     if memory is not None and request.method not in STREAMED:
         raise click.UsageError("--memory needs --method refined: the paper's holds all textures")
     with limited(memory, beside(output)):
-        answer = {"output": str(output), **rig_into(character, template, output, request, overwrite, write_evidence)}
+        answer = replace(rig_into(character, template, output, request, overwrite, write_evidence), output=str(output))
     options.answer(answer, as_json, lambda: _lines(answer))
 
 
-def _lines(answer: Mapping[str, Any]) -> list[str]:
-    fit = answer["fit"]
-    worst = max(fit, key=lambda name: fit[name]["rms_left"])
-    left, size = fit[worst]["rms_left"], fit[worst]["rms_displacement"]
-    unseen = answer["unseen_shapes"]
-    pack = answer["pack"]
-    gpu = f"{megabytes(pack['bytes_bc7'])} on the GPU in BC7, {pack['fetches']} fetches a pixel{several(pack)}"
+def _lines(answer: RigDocument) -> list[str]:
+    fit = answer.fit
+    worst = max(fit, key=lambda name: fit[name].rms_left)
+    left, size = fit[worst].rms_left, fit[worst].rms_displacement
+    unseen = answer.unseen_shapes
+    condition = "infinite" if answer.condition is None else f"{answer.condition:.3g}"
+    pack = answer.pack
+    gpu = f"{megabytes(pack.bytes_bc7)} on the GPU in BC7, {pack.fetches} fetches a pixel{several(pack)}"
     return [
-        f"{answer['output']}: {len(answer['shapes'])} shapes from {len(fit)} scans, rigged in "
-        f"{answer['seconds']['rig']:.1f} s of {answer['seconds']['total']:.1f} s",
-        *(f"  cleaned  {line}" for line in cleaning_words(answer.get("cleaning", {}))),
+        f"{answer.output}: {len(answer.shapes)} shapes from {len(fit)} scans, rigged in "
+        f"{answer.seconds.rig:.1f} s of {answer.seconds.total:.1f} s",
+        *(f"  cleaned  {line}" for line in cleaning_words(answer.cleaning)),
         f"  fit      worst scan {worst}: {left:.3g} left of {size:.3g} (RMS displacement, the mesh's unit)",
-        f"  B        rank {answer['rank']} of {len(fit)}, condition {answer['condition']:.3g}",
+        f"  B        rank {answer.rank} of {len(fit)}, condition {condition}",
         f"  unseen   {len(unseen)} shapes hardly in any scan: nearly the template's motion and the neutral's texture"
         + (f": {', '.join(unseen)}" if unseen else ""),
         f"  shown    {_shown(answer)}",
-        f"  pack     {pack['path']}, {gpu}",
+        f"  pack     {pack.path}, {gpu}",
     ]
 
 
-def _shown(answer: Mapping[str, Any]) -> str:
+def _shown(answer: RigDocument) -> str:
     """How many shapes' textures scans determine, at least by half."""
-    shares = [found["shown"] for found in answer["evidence"].values() if "shown" in found]
+    shares = [found.shown for found in answer.evidence.values() if found.shown is not None]
     if not shares:
         return "nothing is known of the textures of pseudo-inverse maps"
     half = sum(share >= 0.5 for share in shares)

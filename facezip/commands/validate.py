@@ -21,6 +21,7 @@ from facezip.files.writing import resumable_folder
 from facezip.machine.memory import beside, limited
 
 if TYPE_CHECKING:
+    from render.documents import ValidationDocument
     from render.settings import Settings
     from render.validation import Candidate, Filled, Filler
 
@@ -34,7 +35,11 @@ REPORT_FILE = "report.json"
 @click.option("--config", type=options.FOLDER, metavar="FILE.toml", help="Settings: views, lights, samples, limits.")
 @click.option("--views", type=int, metavar="N", help="How many camera views.  [default: 2]")
 @click.option("--lights", type=int, metavar="N", help="How many light rigs.  [default: 2]")
-@click.option("--material", type=click.Choice(["skin", "diffuse"]), help="Material of the head.  [default: skin]")
+@click.option(
+    "--material",
+    type=click.Choice(["skin", "diffuse", "soft"]),
+    help="Material of the head.  [default: skin]",
+)
 @click.option(
     "--transport",
     type=click.Choice(["direct", "full"]),
@@ -72,8 +77,8 @@ def command(
     A run that was broken off goes on where it was. With --overwrite, renders of the old report are kept if nothing that
     made them has changed. Without --workers and --scheduler, one process renders on all cores.
     """
+    from render.limits import LEVELS
     from render.settings import read_settings
-    from render.verdict import LEVELS
 
     settings = read_settings(config, {key: value for key, value in given.items() if value is not None})
 
@@ -88,7 +93,7 @@ def command(
         scans, candidates = _loaded(character, packs, settings)
         document = _validate_into(scans, candidates, output, overwrite, settings, distribute)
     options.answer(document, as_json, lambda: _lines(document, output))
-    worst = max(LEVELS.index(pack["level"]) for pack in document["packs"])
+    worst = max(LEVELS.index(pack.level) for pack in document.packs)
     return ExitCode.DIFFERENCE if fail_on and worst >= LEVELS.index(fail_on) else ExitCode.DONE
 
 
@@ -109,7 +114,7 @@ def _validate_into(
     overwrite: bool,
     settings: "Settings",
     distribute: "Callable[[Sequence[str], Path, Path | None], list[Filled]]",
-) -> dict[str, Any]:
+) -> "ValidationDocument":
     """Render, measure and report into the folder ``output``; returns the report's document."""
     from render.validation import validate
     from reports.validation import write_validation_report
@@ -167,17 +172,17 @@ def _filled(share: Share, names: Sequence[str], workers: int | None, scheduler: 
     return [outcome for outcome in outcomes.values() if not isinstance(outcome, FaceZipError)]
 
 
-def _lines(document: dict[str, Any], output: Path) -> list[str]:
+def _lines(document: "ValidationDocument", output: Path) -> list[str]:
     lines = []
-    for pack in document["packs"]:
+    for pack in document.packs:
         lines += [
-            f"{pack['name']}: {pack['verdict']}",
-            f"  texture RMSE {pack['texture_rmse']:.2f}, image RMSE {pack['image_rmse']:.2f} of 255 "
-            f"(noise floor {pack['noise_floor']:.2f}), dE2000 p95 {pack['delta_e_p95']:.2f}, FLIP {pack['flip']:.4f}, "
-            f"SSIM {pack['ssim']:.4f}",
-            *(f"  {name:<10} {error_words(found)}" for name, found in pack.get("map_errors", {}).items()),
+            f"{pack.name}: {pack.verdict}",
+            f"  texture RMSE {pack.texture_rmse:.2f}, image RMSE {pack.image_rmse:.2f} of 255 "
+            f"(noise floor {pack.noise_floor:.2f}), dE2000 p95 {pack.delta_e_p95:.2f}, FLIP {pack.flip:.4f}, "
+            f"SSIM {pack.ssim:.4f}",
+            *(f"  {name:<10} {error_words(found)}" for name, found in pack.map_errors.items()),
         ]
-    count, rendered, seconds = len(document["renders"]), document["rendered"], document["seconds"]
+    count, rendered, seconds = len(document.renders), document.rendered, document.seconds
     taken = f", {count - rendered} taken over" if rendered < count else ""
-    lines.append(f"{rendered} renders in {seconds['render']:.1f} s, measured in {seconds['metrics']:.1f} s{taken}")
+    lines.append(f"{rendered} renders in {seconds.render:.1f} s, measured in {seconds.metrics:.1f} s{taken}")
     return [*lines, f"{output / 'index.html'}"]

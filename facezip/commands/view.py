@@ -1,17 +1,34 @@
 """``facezip view``: a pack on the screen, in the browser, served to this machine alone."""
 
-import json
 import sys
 import webbrowser
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import click
 
 from facezip.character.loading import load_character
 from facezip.commands import options
+from facezip.documents.document import Document, to_json
 from facezip.names import printable
 from facezip.viewer.scene import read_scene
 from facezip.viewer.server import ADDRESS, files_of, serve
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewDocument(Document):
+    """Where ``facezip view`` shows a pack, until it is ended.
+
+    Attributes
+    ----------
+    pack : its folder.
+    url : of the page, on this machine alone.
+    """
+
+    format: Literal["facezip-view/1"] = "facezip-view/1"
+    pack: str
+    url: str
 
 
 @click.command("view")
@@ -30,7 +47,7 @@ def command(pack: Path, character: Path | None, port: int, no_browser: bool, as_
     with serve(files, port) as server:
         address = f"http://{ADDRESS}:{server.server_port}/"
         if as_json:
-            print(json.dumps({"pack": str(pack), "url": address}), flush=True)
+            print(to_json(ViewDocument(pack=str(pack), url=address), indent=None), flush=True)
         else:
             print(printable(f"{pack}: {address}"), "  Ctrl-C ends it", sep="\n", flush=True)
         if not no_browser:

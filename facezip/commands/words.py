@@ -1,7 +1,12 @@
 """Words and numbers that several verbs say to people."""
 
-from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING
+
+# ``info`` starts without what measures and cleans.
+if TYPE_CHECKING:
+    from facezip.cleaning.steps import CleaningFacts
+    from facezip.pack.errors import MapErrors
+    from facezip.pack.facts import MaskFacts, PackFacts
 
 
 def megabytes(count: float) -> str:
@@ -9,44 +14,46 @@ def megabytes(count: float) -> str:
     return f"{count / 1e6:.2f} MB"
 
 
-def memory_words(facts: Mapping[str, Any]) -> tuple[str, str]:
+def memory_words(facts: "PackFacts") -> tuple[str, str]:
     """GPU memory and fetches in the blocks that engines hold, and memory as the paper counts it."""
     (blocks, raw_blocks), (eight, raw) = (
-        (megabytes(facts[ours]), f"{megabytes(facts[theirs])} ({facts[theirs] / facts[ours]:.1f}x less)")
-        for ours, theirs in (("bytes_bc7", "bytes_raw_bc7"), ("bytes_on_gpu", "bytes_raw"))
+        (megabytes(ours), f"{megabytes(theirs)} ({theirs / ours:.1f}x less)")
+        for ours, theirs in ((facts.bytes_bc7, facts.bytes_raw_bc7), (facts.bytes_on_gpu, facts.bytes_raw))
     )
     return (
-        f"{blocks} instead of {raw_blocks} in BC7, {facts['fetches']} fetches a pixel",
+        f"{blocks} instead of {raw_blocks} in BC7, {facts.fetches} fetches a pixel",
         f"{eight} instead of {raw} at 8 bits a channel",
     )
 
 
-def masks_words(masks: Mapping[str, Any]) -> str:
+def masks_words(masks: "MaskFacts") -> str:
     """How many masks weight maps are made of, their names, and the range of their activations."""
-    return f"{len(masks['names'])}, activations {masks['activations']}: {', '.join(masks['names'])}"
+    return f"{len(masks.names)}, activations {masks.activations}: {', '.join(masks.names)}"
 
 
-def error_words(found: Mapping[str, Any]) -> str:
+def error_words(found: "MapErrors") -> str:
     """The error of one map, with the best and the worst expression."""
-    key, unit = ("angular_error", "degrees (mean angle)") if "angular_error" in found else ("rmse", "RMSE of 255")
-    each = found[f"{key}_per_expression"]
+    unit = "degrees (mean angle)" if found.is_angular else "RMSE of 255"
+    each = found.per_expression
     best, worst = min(each, key=each.__getitem__), max(each, key=each.__getitem__)
-    return f"{found[key]:.2f} {unit}; best {best} {each[best]:.2f}, worst {worst} {each[worst]:.2f}"
+    return f"{found.mean:.2f} {unit}; best {best} {each[best]:.2f}, worst {worst} {each[worst]:.2f}"
 
 
-def cleaning_words(cleaning: Mapping[str, Any]) -> list[str]:
+def cleaning_words(cleaning: "CleaningFacts | None") -> list[str]:
     """What ``--clean`` did, a line a step."""
+    if cleaning is None:
+        return []
     lines = []
-    if "registration" in cleaning:
-        moved = cleaning["registration"]["moved"]
+    if cleaning.registration:
+        moved = cleaning.registration.moved
         far = f", by up to {max(moved.values()):.2f} texels (rms)" if moved else ""
         lines.append(f"registration: {len(moved)} expressions moved onto the neutral{far}")
-    if "exposure" in cleaning:
-        gains = cleaning["exposure"]["gains"]
+    if cleaning.exposure:
+        gains = cleaning.exposure.gains
         most = max((abs(gain - 1) for one in gains.values() for gain in one), default=0.0)
         lines.append(f"exposure: {len(gains)} scans evened out" + (f", by up to {100 * most:.1f} %" if gains else ""))
-    for name, found in cleaning.get("neutral", {}).items():
-        noise = f"noise {found['noise']:.2f} of 255"
-        done = f"made of {found['scans']:.1f} scans' worth, {found['removed']:.2f} of 255 changed"
-        lines.append(f"neutral {name}: {noise}, {done if found['scans'] else 'left as it is'}")
+    for name, found in (cleaning.neutral or {}).items():
+        noise = f"noise {found.noise:.2f} of 255"
+        done = f"made of {found.scans:.1f} scans' worth, {found.removed:.2f} of 255 changed"
+        lines.append(f"neutral {name}: {noise}, {done if found.scans else 'left as it is'}")
     return lines

@@ -1,8 +1,8 @@
 """A pack in the form that a target takes: one module a target."""
 
 from collections.abc import Callable
-from typing import Any
 
+from facezip.documents.document import Data, Document
 from facezip.export.blender import export_blender
 from facezip.export.gltf import export_gltf
 from facezip.export.godot import export_godot
@@ -15,7 +15,7 @@ from facezip.export.usd import export_usd
 from facezip.export.web import export_web
 
 # Each is called with the pack and the output, and with those options as keywords that were given.
-TARGETS: dict[str, Callable[..., dict[str, Any]]] = {
+TARGETS: dict[str, Callable[..., Document | Data]] = {
     "gltf": export_gltf,
     "unity": export_unity,
     "unreal": export_unreal,

@@ -79,7 +79,7 @@ def _row(name: str, entry: Mapping[str, Any]) -> Row:
     encoding = {False: "as stored, no sRGB", True: "sRGB"}.get(entry.get("srgb", ""), "")
     size = f"{entry['bytes']} bytes" if "bytes" in entry else ""
     what = "settings" if "settings" in entry else "texture" if "srgb" in entry else "file"
-    return Row(name, what, encoding=encoding, size=size)
+    return Row(name, what, "", None, encoding=encoding, size=size)
 
 
 def _missing(folder: Path, record: Mapping[str, Any], name: str) -> FaceZipError:

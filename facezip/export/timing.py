@@ -1,15 +1,18 @@
 """GPU time: six fetches with their pre-pass against a fetch of every texture, by the device's own timer."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from facezip.export.opengl import devices, opened
+from facezip.documents.document import Document
+from facezip.export.opengl import Device, devices, opened
 from facezip.export.shading import SLOTS, WEIGHT_SCALE, Pass, Shading
-from facezip.machine.conditions import conditions
+from facezip.machine.conditions import Conditions, conditions
 from facezip.machine.progress import track
 
 if TYPE_CHECKING:
@@ -26,7 +29,97 @@ WARM_S = 0.3
 MOST_FRAMES = 2000
 
 
-def bench_shader(resolution: int, counts: tuple[int, ...], repeats: int, index: int | None = None) -> dict[str, Any]:
+@dataclass(frozen=True, kw_only=True)
+class DeviceFacts:
+    """A device that draws.
+
+    Attributes
+    ----------
+    index : EGL's number.
+    fault : why it cannot be used; "" where it can.
+    renderer, version : what OpenGL says of it.
+    software : whether a processor does the work.
+    """
+
+    index: int
+    fault: str
+    renderer: str
+    version: str
+    software: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasuredDevice(DeviceFacts):
+    """The device that was measured.
+
+    Attributes
+    ----------
+    most_textures_of_a_shader : its limit.
+    """
+
+    most_textures_of_a_shader: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class BlendTimes:
+    """GPU time of one number of expressions, in milliseconds.
+
+    Attributes
+    ----------
+    expressions : how many.
+    prepass_ms, blend_ms, facezip_ms : of the weights, of the blend, and their sum.
+    textures_ms, textures_few_ms : of a fetch of every expression's texture, with all at work and with a few.
+    ratio, ratio_few : of FaceZip to those.
+    fetches : a pixel, of FaceZip.
+    bytes, bytes_textures : of texels, of both.
+    """
+
+    expressions: int
+    prepass_ms: float
+    blend_ms: float
+    facezip_ms: float
+    textures_ms: float
+    textures_few_ms: float
+    ratio: float
+    ratio_few: float
+    fetches: int
+    bytes: int
+    bytes_textures: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaderConditions(Conditions):
+    """How times were taken, in words."""
+
+    statistic: str
+    timer: str
+    textures: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaderDocument(Document):
+    """What a blend costs on a GPU.
+
+    Attributes
+    ----------
+    device, devices : the one that was measured, and all.
+    resolution, weight_resolution : sides of textures and weight maps.
+    few : how many expressions are a few.
+    rows : by number of expressions.
+    conditions : how it was measured.
+    """
+
+    format: Literal["facezip-bench-shader/1"] = "facezip-bench-shader/1"
+    device: MeasuredDevice
+    devices: Sequence[DeviceFacts]
+    resolution: int
+    weight_resolution: int
+    few: int
+    rows: Sequence[BlendTimes]
+    conditions: ShaderConditions
+
+
+def bench_shader(resolution: int, counts: tuple[int, ...], repeats: int, index: int | None = None) -> ShaderDocument:
     """GPU time of a picture of ``resolution``² pixels, one texel each.
 
     Parameters
@@ -35,13 +128,6 @@ def bench_shader(resolution: int, counts: tuple[int, ...], repeats: int, index: 
     counts : numbers of expressions, one measurement each.
     repeats : of every draw, in turn; medians are given.
     index : of EGL's device; else the first GPU, else software.
-
-    Returns
-    -------
-    ``device`` (its ``software`` says whether a processor did the work), all ``devices``, and of each number of
-    expressions ``rows`` in milliseconds: ``prepass_ms``, ``blend_ms``, their sum ``facezip_ms``; ``textures_ms`` with
-    all expressions at work and ``textures_few_ms`` with :data:`FEW`; ``ratio`` and ``ratio_few`` to those; and the
-    texels' bytes of both.
 
     Raises
     ------
@@ -52,28 +138,28 @@ def bench_shader(resolution: int, counts: tuple[int, ...], repeats: int, index: 
         queried = not device.is_software
         many = track(counts, "Measuring", len(counts))
         rows = [_measured(context, count, resolution, repeats, queried) for count in many]
-        limits = {"most_textures_of_a_shader": context.info["GL_MAX_TEXTURE_IMAGE_UNITS"]}
-    return {
-        "device": _said(device) | limits,
-        "devices": [_said(one) for one in devices()],
-        "resolution": resolution,
-        "weight_resolution": resolution // WEIGHT_SCALE,
-        "few": FEW,
-        "rows": rows,
-        "conditions": {
-            **conditions(("facezip", "moderngl")),
-            "statistic": f"the median of {repeats}, in turn",
-            "timer": "GL_TIME_ELAPSED" if queried else "the processor's clock, until all is drawn",
-            "textures": "RGBA8, random texels, bilinear, one level, one texel a pixel",
-        },
-    }
+        limit = context.info["GL_MAX_TEXTURE_IMAGE_UNITS"]
+    return ShaderDocument(
+        device=MeasuredDevice(**vars(_said(device)), most_textures_of_a_shader=limit),
+        devices=[_said(one) for one in devices()],
+        resolution=resolution,
+        weight_resolution=resolution // WEIGHT_SCALE,
+        few=FEW,
+        rows=rows,
+        conditions=ShaderConditions(
+            **vars(conditions(("facezip", "moderngl"))),
+            statistic=f"the median of {repeats}, in turn",
+            timer="GL_TIME_ELAPSED" if queried else "the processor's clock, until all is drawn",
+            textures="RGBA8, random texels, bilinear, one level, one texel a pixel",
+        ),
+    )
 
 
-def _said(device: Any) -> dict[str, Any]:
-    return {**vars(device), "software": device.is_software}
+def _said(device: Device) -> DeviceFacts:
+    return DeviceFacts(**vars(device), software=device.is_software)
 
 
-def _measured(context: "moderngl.Context", count: int, side: int, repeats: int, queried: bool) -> dict[str, Any]:
+def _measured(context: "moderngl.Context", count: int, side: int, repeats: int, queried: bool) -> BlendTimes:
     shading = Shading(context, count, side)
     try:
         times = _times(context, shading, count, repeats, queried)
@@ -81,16 +167,19 @@ def _measured(context: "moderngl.Context", count: int, side: int, repeats: int, 
         shading.release()
     facezip = times["prepass"] + times["blend"]
     picture = 4 * side * side
-    return {
-        "expressions": count,
-        **{f"{name}_ms": value for name, value in times.items()},
-        "facezip_ms": facezip,
-        "ratio": facezip / times["textures"],
-        "ratio_few": facezip / times["textures_few"],
-        "fetches": 2 + SLOTS,
-        "bytes": picture * (1 + SLOTS) + picture * count // WEIGHT_SCALE**2,
-        "bytes_textures": picture * (1 + count),
-    }
+    return BlendTimes(
+        expressions=count,
+        prepass_ms=times["prepass"],
+        blend_ms=times["blend"],
+        textures_ms=times["textures"],
+        textures_few_ms=times["textures_few"],
+        facezip_ms=facezip,
+        ratio=facezip / times["textures"],
+        ratio_few=facezip / times["textures_few"],
+        fetches=2 + SLOTS,
+        bytes=picture * (1 + SLOTS) + picture * count // WEIGHT_SCALE**2,
+        bytes_textures=picture * (1 + count),
+    )
 
 
 def _times(context: "moderngl.Context", shading: Shading, count: int, repeats: int, queried: bool) -> dict[str, float]:

@@ -1,10 +1,10 @@
 """The viewer as one HTML file that opens from disk and asks for nothing."""
 
 from pathlib import Path
-from typing import Any
 
 from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.export.documents import WebDocument
 from facezip.files.writing import write_whole
 from facezip.viewer.page import single_page
 from facezip.viewer.scene import read_scene
@@ -13,18 +13,12 @@ FILE_NAME = "index.html"
 _BEGINNING = b"<!doctype html>\n<!-- FaceZip viewer -->"
 
 
-def export_web(
-    pack: Path, output: Path, *, character: Character | None = None, overwrite: bool = False
-) -> dict[str, Any]:
+def export_web(pack: Path, output: Path, *, character: Character | None = None, overwrite: bool = False) -> WebDocument:
     """Write the viewer of a pack as ``output``, a file where it ends in ``.html``, else a folder for ``index.html``.
 
     Parameters
     ----------
     character : its original textures come along, to compare with: about their PNGs' bytes, and a third.
-
-    Returns
-    -------
-    ``output`` (the file), ``bytes`` of it, and whether it has ``originals``.
 
     Raises
     ------
@@ -42,7 +36,7 @@ def export_web(
             ErrorCode.CANNOT_WRITE, f"{file.parent}: cannot make the folder ({error.strerror})"
         ) from None
     write_whole(file, content)
-    return {"output": str(file), "bytes": len(content), "originals": character is not None}
+    return WebDocument(output=str(file), bytes=len(content), originals=character is not None)
 
 
 def page_at(path: Path) -> Path | None:

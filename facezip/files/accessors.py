@@ -20,6 +20,10 @@ WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 TYPES = {width: name for name, width in WIDTHS.items()}
 
 
+# One object of the JSON of a glTF file; its specification says what is in it.
+GltfObject = dict[str, Any]
+
+
 class GlbFault(ValueError):
     """What is wrong with a glTF, before the file's name is put in front."""
 
@@ -60,7 +64,7 @@ def normalised(values: NDArray[Any]) -> NDArray[np.float32]:
     return floats
 
 
-def accessor_of(values: NDArray[Any], bounds: bool) -> dict[str, Any]:
+def accessor_of(values: NDArray[Any], bounds: bool) -> GltfObject:
     """The accessor of ``(count, width)`` values, without where they are."""
     entry = {"componentType": CODES[values.dtype], "count": len(values), "type": TYPES[values.shape[1]]}
     if not bounds:

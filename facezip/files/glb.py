@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.files.accessors import CODES, COMPONENTS, accessor_of, amount, layout, normalised, strided
+from facezip.files.accessors import CODES, COMPONENTS, GltfObject, accessor_of, amount, layout, normalised, strided
 from facezip.files.accessors import GlbFault as GlbFault
 from facezip.files.links import MAX_BYTES, REMEDY, Links, without_data
 
@@ -41,7 +41,7 @@ class Glb:
     links : what its URIs refer to.
     """
 
-    document: dict[str, Any]
+    document: GltfObject
     binary: bytes = b""
     links: Links = field(default_factory=Links)
 
@@ -102,7 +102,7 @@ class Glb:
         chunks = _chunk(JSON_CHUNK, text, b" ") + (_chunk(BINARY_CHUNK, self.binary, b"\0") if self.binary else [])
         return [MAGIC + struct.pack("<II", VERSION, 12 + sum(map(len, chunks))), *chunks]
 
-    def item(self, kind: str, index: Any) -> dict[str, Any]:
+    def item(self, kind: str, index: Any) -> GltfObject:
         """One entry of ``"meshes"``, ``"images"`` ...; ``GlbFault`` where there is none of that number."""
         entries = self.document.get(kind, [])
         if not isinstance(entries, list) or type(index) is not int or not 0 <= index < len(entries):
@@ -180,7 +180,7 @@ class GlbBuilder:
     document : the JSON to be; ``buffers``, ``bufferViews`` and ``accessors`` are filled here.
     """
 
-    document: dict[str, Any]
+    document: GltfObject
     _binary: bytearray = field(default_factory=bytearray)
     _scattered: bytearray = field(default_factory=bytearray)
     _scattered_view: int | None = None
@@ -231,14 +231,14 @@ class GlbBuilder:
         self.document["buffers"] = [{"byteLength": len(self._binary)}]
         return Glb(self.document, bytes(self._binary))
 
-    def _placed(self, content: bytes | bytearray) -> dict[str, Any]:
+    def _placed(self, content: bytes | bytearray) -> GltfObject:
         self._binary += bytes(-len(self._binary) % 4)
         view = {"buffer": 0, "byteOffset": len(self._binary), "byteLength": len(content)}
         self._binary += content
         return view
 
     # One buffer view for all: two for each of four thousand targets would fill the JSON.
-    def _scatter(self, content: bytes) -> dict[str, Any]:
+    def _scatter(self, content: bytes) -> GltfObject:
         if self._scattered_view is None:
             self._scattered_view = self._add("bufferViews", {})
         self._scattered += bytes(-len(self._scattered) % 4)
@@ -246,8 +246,8 @@ class GlbBuilder:
         self._scattered += content
         return place
 
-    def _add(self, kind: str, entry: dict[str, Any]) -> int:
-        entries: list[dict[str, Any]] = self.document.setdefault(kind, [])
+    def _add(self, kind: str, entry: GltfObject) -> int:
+        entries: list[GltfObject] = self.document.setdefault(kind, [])
         entries.append(entry)
         return len(entries) - 1
 

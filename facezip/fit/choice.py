@@ -11,7 +11,7 @@ from facezip.fit.methods import compress
 from facezip.fit.settings import WEIGHT_SCALES
 from facezip.machine.progress import task
 from facezip.pack.checks import MAX_DIFFERENCES
-from facezip.pack.errors import Errors, model_errors
+from facezip.pack.errors import Errors, MapErrors, model_errors
 from facezip.pack.footprint import Footprint, Texture
 from facezip.pack.model import CompressedTextures
 from facezip.pack.quantise import quantise
@@ -199,8 +199,9 @@ def whole_error(errors: Errors, map_weights: Mapping[str, float]) -> float:
     return sqrt(sum(weights[name] * square for name, square in squares.items()) / sum(weights.values()))
 
 
-def _in_bytes(found: Mapping[str, float]) -> float:
-    return found["rmse"] if "rmse" in found else radians(found["angular_error_rms"]) * 255 / (2 * sqrt(3))
+def _in_bytes(found: MapErrors) -> float:
+    angle = found.angular_error_rms
+    return found.mean if angle is None else radians(angle) * 255 / (2 * sqrt(3))
 
 
 def _words(differences: int, weight_scale: int) -> str:

@@ -4,19 +4,19 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 from facezip.character.loading import load_character
 from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import Texels
 from facezip.files.writing import check_target
+from facezip.fit.documents import ExtendDocument
 from facezip.fit.extension import beside_neutral_of, extended
 from facezip.fit.full import full_fit_errors
 from facezip.fit.pipeline import check_registration
 from facezip.machine.rows import by_rows
 from facezip.names import folded
-from facezip.pack.errors import Errors, pack_errors
+from facezip.pack.errors import Errors, MapErrors, pack_errors
 from facezip.pack.extended import write_extended
 from facezip.pack.facts import pack_facts
 from facezip.pack.manifest import Manifest
@@ -28,7 +28,6 @@ from facezip.pack.verification import is_pack
 
 # A fit of all is advised for an expression that would lose less than two thirds of its error there, and half a level.
 MUCH, MUCH_IN_LEVELS = 1.5, 0.5
-PER_EXPRESSION = ("rmse_per_expression", "angular_error_per_expression")
 
 
 def extend_into(
@@ -38,7 +37,7 @@ def extend_into(
     overwrite: bool = False,
     quick: bool = False,
     warn: Callable[[str], None] = lambda _: None,
-) -> dict[str, Any]:
+) -> ExtendDocument:
     """Add the expressions of a character that a pack lacks, under the textures that it has, and measure them.
 
     Parameters
@@ -46,12 +45,6 @@ def extend_into(
     pack, character, output, overwrite : as on the command line.
     quick : whether the fit of all expressions, beside which the new ones are judged, is left out.
     warn : is told which expressions are misregistered, if any.
-
-    Returns
-    -------
-    The facts of the pack; ``added`` and ``kept`` names; ``errors`` of the new ones by map; ``full_fit``, the same of a
-    fit of all, or None; ``loss`` by map and name, how much of the error that fit would take away; ``cut``, the share of
-    each one's weights that the range of the pack's bounds; ``advised``, for whom a fit of all is worth its while.
 
     Raises
     ------
@@ -77,20 +70,20 @@ def extend_into(
     full = None
     if not quick:
         full = full_fit_errors(model, scans, new, before.made_with.get("nonnegative") is True, weights)
-    return {
-        **pack_facts(output, read_manifest(output)),
-        "pack": str(output),
-        "added": list(added),
-        "kept": list(kept),
-        "errors": errors,
-        "full_fit": full,
-        "loss": full and {name: _loss(errors[name], full[name]) for name in errors},
-        "cut": cut,
-        "advised": [name for name in added if full and _much(errors, full, name)],
-        **registration,
-        "region": "mask" if scans.masked else "whole texture",
-        "seconds": round(perf_counter() - start, 3),
-    }
+    return ExtendDocument(
+        **vars(pack_facts(output, read_manifest(output))),
+        **vars(registration),
+        pack=str(output),
+        added=added,
+        kept=kept,
+        errors=errors,
+        full_fit=full,
+        loss={name: _loss(errors[name], full[name]) for name in errors} if full else None,
+        cut=cut,
+        advised=[name for name in added if full and _much(errors, full, name)],
+        region="mask" if scans.masked else "whole texture",
+        seconds=round(perf_counter() - start, 3),
+    )
 
 
 def _names(pack: Path, stored: StoredTextures, scans: Character) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -130,18 +123,11 @@ def _map_weights(before: Manifest) -> dict[str, float]:
     return {name: float(w) for name, w in pairs if name in names and type(w) in (int, float) and 0 < w <= 1e6}
 
 
-def per_expression(found: Mapping[str, Any]) -> dict[str, float]:
-    """The errors of one map, by expression, in its own unit."""
-    each: dict[str, float] = next(found[key] for key in PER_EXPRESSION if key in found)
-    return each
-
-
-def _loss(ours: Mapping[str, Any], full: Mapping[str, Any]) -> dict[str, float]:
-    theirs = per_expression(full)
-    return {name: error - theirs[name] for name, error in per_expression(ours).items()}
+def _loss(ours: MapErrors, full: MapErrors) -> dict[str, float]:
+    return {name: error - full.per_expression[name] for name, error in ours.per_expression.items()}
 
 
 def _much(errors: Errors, full: Errors, name: str) -> bool:
     """Of any map, in levels of 255 or in degrees."""
-    pairs = [(per_expression(errors[kind])[name], per_expression(full[kind])[name]) for kind in errors]
+    pairs = [(errors[kind].per_expression[name], full[kind].per_expression[name]) for kind in errors]
     return any(ours > MUCH * theirs and ours - theirs > MUCH_IN_LEVELS for ours, theirs in pairs)

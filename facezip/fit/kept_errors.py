@@ -8,28 +8,22 @@ from numpy.typing import NDArray
 
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character, Stack
+from facezip.fit.documents import KeptFacts
 from facezip.fit.kept import KeptRegion
 from facezip.machine.rows import by_rows
 from facezip.pack.errors import pack_errors
 from facezip.pack.measure import texels_seen
 
 
-def kept_facts(scans: Character, kept: KeptRegion, pack: Path) -> dict[str, object]:
-    """Of a pack that was written: ``regions``; ``share``, how much of the face is inside; the albedo's ``rmse_inside``
-    and ``rmse_outside``, 0..255, None where there is nothing.
-    """
+def kept_facts(scans: Character, kept: KeptRegion, pack: Path) -> KeptFacts:
+    """Of a pack that was written."""
     albedo = scans.only(ALBEDO)
     sides = [_side(albedo, kept, inside) for inside in (True, False)]
     texels = [sum(texels_seen(stack) for stack in side.stacks.values()) for side in sides]
     errors = [
-        pack_errors(side, pack)[ALBEDO]["rmse"] if seen > 0 else None for side, seen in zip(sides, texels, strict=True)
+        pack_errors(side, pack)[ALBEDO].mean if seen > 0 else None for side, seen in zip(sides, texels, strict=True)
     ]
-    return {
-        "regions": list(kept.names),
-        "share": texels[0] / sum(texels),
-        "rmse_inside": errors[0],
-        "rmse_outside": errors[1],
-    }
+    return KeptFacts(regions=kept.names, share=texels[0] / sum(texels), rmse_inside=errors[0], rmse_outside=errors[1])
 
 
 def _side(albedo: Character, kept: KeptRegion, inside: bool) -> Character:

@@ -14,6 +14,7 @@ from facezip.cleaning.steps import clean
 from facezip.files.values import read_values
 from facezip.files.writing import check_target
 from facezip.fit.choice import Choice, choose
+from facezip.fit.documents import ChoiceFacts, CompressDocument, MeasuredPack, Registration
 from facezip.fit.extension import beside_neutral_of
 from facezip.fit.importance import Importance, importance_files
 from facezip.fit.kept_errors import kept_facts
@@ -26,6 +27,7 @@ from facezip.fit.settings import Settings, made_with
 from facezip.names import printable
 from facezip.pack.errors import pack_errors
 from facezip.pack.facts import pack_facts
+from facezip.pack.manifest import MadeWith
 from facezip.pack.model import CompressedTextures
 from facezip.pack.parsing import read_manifest
 from facezip.pack.verification import is_pack
@@ -70,7 +72,7 @@ class Request:
         return {name: value for name, value in goals.items() if value is not None}
 
     @property
-    def stated(self) -> dict[str, Any]:
+    def stated(self) -> MadeWith:
         """What a pack says of how it was made."""
         stated = made_with(self.method, asdict(self.settings)) | self.goals
         if self.map_weights:
@@ -96,8 +98,8 @@ def compress_into(
     request: Request,
     overwrite: bool = False,
     warn: Callable[[str], None] = lambda _: None,
-) -> dict[str, Any]:
-    """Load, clean, check, fit, write, measure; what was written, as ``facezip compress --json`` says it.
+) -> CompressDocument:
+    """Load, clean, check, fit, write, measure; what was written.
 
     Errors are those to the scans as they were fitted: clean ones, where that was asked for.
 
@@ -128,7 +130,6 @@ def compress_into(
         stated |= {"differences": choice.trial.differences, "weight_scale": choice.trial.weight_scale}
     else:
         settings = asdict(request.settings)
-        weighted: dict[str, Any] = {"importance": importance, "map_weights": request.map_weights}
         slots = min(request.settings.differences, len(scans.expressions))
         locks = read_locks(request.locks, scans, slots)
         painted = read_painted(request.painted, scans, slots, request.settings.weight_scale)
@@ -137,50 +138,52 @@ def compress_into(
             scans = beside_neutral_of(kept.stored, scans)
             stated |= {"nonnegative": True} if kept.nonnegative else {}
         model = compress(
-            scans, request.method, **settings, given_masks=given, locks=locks, painted=painted, kept=kept, **weighted
+            scans,
+            request.method,
+            **settings,
+            given_masks=given,
+            locks=locks,
+            painted=painted,
+            kept=kept,
+            importance=importance,
+            map_weights=request.map_weights,
         )
-    document = write_measured(scans, model, output, overwrite, stated)
-    if kept:
-        document["kept"] = kept_facts(scans, kept, output)
-    if choice:
-        document |= {"choice": {"reason": choice.reason, "tried": [asdict(trial) for trial in choice.tried]}}
-    if request.clean:
-        document["cleaning"] = cleaned.facts
-    return {
-        **document,
-        "pack": str(output),
-        **registration,
-        "seconds": round(perf_counter() - start, 3),
-    }
+    measured = write_measured(scans, model, output, overwrite, stated)
+    return CompressDocument(
+        **vars(measured),
+        **vars(registration),
+        pack=str(output),
+        seconds=round(perf_counter() - start, 3),
+        kept=kept_facts(scans, kept, output) if kept else None,
+        choice=ChoiceFacts(reason=choice.reason, tried=choice.tried) if choice else None,
+        cleaning=cleaned.facts if request.clean else None,
+    )
 
 
 def write_measured(
     scans: Character, model: CompressedTextures, output: Path, overwrite: bool, stated: Mapping[str, Any]
-) -> dict[str, Any]:
-    """Write the pack, read it back, and describe it: facts, ``errors`` by map, ``rmse`` of the albedo (0..255).
-
-    ``stated`` is what the pack says of how it was made.
-    """
+) -> MeasuredPack:
+    """Write the pack, read it back, and describe it; ``stated`` is what the pack says of how it was made."""
     write_pack(model, output, made_with=stated, overwrite=overwrite)
     errors = pack_errors(scans, output)
-    return {
-        **pack_facts(output, read_manifest(output)),
-        "rmse": errors[ALBEDO]["rmse"],
-        "rmse_per_expression": errors[ALBEDO]["rmse_per_expression"],
-        "errors": errors,
-        "region": "mask" if scans.masked else "whole texture",
-    }
+    return MeasuredPack(
+        **vars(pack_facts(output, read_manifest(output))),
+        rmse=errors[ALBEDO].mean,
+        rmse_per_expression=errors[ALBEDO].per_expression,
+        errors=errors,
+        region="mask" if scans.masked else "whole texture",
+    )
 
 
 def check_registration(
     scans: Character, names: Sequence[str], folder: Path, warn: Callable[[str], None]
-) -> dict[str, Any]:
+) -> Registration:
     """Tell ``warn`` which of some expressions are off the neutral, if any; what documents say of them."""
     found = alignments(scans, names)
     off, unknown = misregistered(found), undecided(found)
     if off or unknown:
         warn(registration_warning(folder, off, unknown))
-    return {"misregistered": off, "unknown": unknown}
+    return Registration(misregistered=off, unknown=unknown)
 
 
 def registration_warning(character: str | Path, off: Mapping[str, float], unknown: Sequence[str] = ()) -> str:

@@ -6,6 +6,7 @@ from typing import Any
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.pack.checks import MAX_DIFFERENCES
+from facezip.pack.manifest import MadeWith
 
 WEIGHT_SCALES = (4, 8, 16, 32)
 PAPER_DIFFERENCES = 4
@@ -84,7 +85,7 @@ USED: dict[str, tuple[str, ...]] = {
 }
 
 
-def made_with(method: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+def made_with(method: str, settings: Mapping[str, Any]) -> MadeWith:
     """The method, and those of the settings that it uses, but for what is off or as ever: what a pack states of its
     making.
     """

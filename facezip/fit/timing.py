@@ -6,14 +6,15 @@ little on the machine and on what else it does.
 """
 
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from facezip.character.alignment import alignments
 from facezip.character.filenames import MASK
@@ -32,11 +33,53 @@ from facezip.pack.errors import pack_errors
 from facezip.pack.write import write_pack
 
 Result = TypeVar("Result")
-Run = dict[str, float]
 
 
-def bench_compress(folder: Path, tiny: Path, work: Path, repeats: int, memory: int | None = None) -> dict[str, Any]:
-    """Compress a character ``repeats`` times in a fresh process: the run of median ratio, and ``runs``, all of them.
+@dataclass(frozen=True, kw_only=True)
+class TimedRun:
+    """Wall time of one run, in seconds.
+
+    Attributes
+    ----------
+    load_s, check_s, fit_s, write_s, measure_s : of its parts: ``check`` is whether textures are registered, ``measure``
+        reads the pack back and compares it.
+    total_s : their sum.
+    rmse : 0..255, mean over expressions.
+    bytes_on_gpu : of the pack.
+    peak_memory_mb : of the process up to then.
+    decode_s, encode_s, io_s : of the same images alone, and their sum.
+    ratio : of the sums.
+    """
+
+    load_s: float
+    check_s: float
+    fit_s: float
+    write_s: float
+    measure_s: float
+    total_s: float
+    rmse: float
+    bytes_on_gpu: int
+    peak_memory_mb: float
+    decode_s: float
+    encode_s: float
+    io_s: float
+    ratio: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompressBench(TimedRun):
+    """The run of median ratio, with the peak memory of the first.
+
+    Attributes
+    ----------
+    runs : all of them.
+    """
+
+    runs: Sequence[TimedRun]
+
+
+def bench_compress(folder: Path, tiny: Path, work: Path, repeats: int, memory: int | None = None) -> CompressBench:
+    """Compress a character ``repeats`` times in a fresh process.
 
     Parameters
     ----------
@@ -54,45 +97,50 @@ def bench_compress(folder: Path, tiny: Path, work: Path, repeats: int, memory: i
     """
     _runs(tiny, work, 1, None, "Compiling")
     runs = _runs(folder, work, repeats, memory, "Compressing")
-    by_ratio = sorted(runs, key=lambda run: run["ratio"])
+    by_ratio = sorted(runs, key=lambda run: run.ratio)
     # Of the first run: the images alone, decoded after it, are not bound to any limit.
-    return {**by_ratio[(repeats - 1) // 2], "peak_memory_mb": runs[0]["peak_memory_mb"], "runs": runs}
+    median = replace(by_ratio[(repeats - 1) // 2], peak_memory_mb=runs[0].peak_memory_mb)
+    return CompressBench(**vars(median), runs=runs)
 
 
-def compress_once(folder: Path, work: Path, memory: int | None = None) -> Run:
-    """Compress a character with the defaults, write and measure the pack; then decode and encode the same images.
-
-    Returns
-    -------
-    Wall time in seconds: ``load_s``, ``check_s`` (is it registered), ``fit_s``, ``write_s``, ``measure_s`` (read back
-    and compare), their sum ``total_s``; ``decode_s``, ``encode_s``, their sum ``io_s``; ``ratio`` of the sums;
-    ``rmse`` (0..255, mean over expressions), ``bytes_on_gpu``, and ``peak_memory_mb`` of this process up to then.
-    """
+def compress_once(folder: Path, work: Path, memory: int | None = None) -> TimedRun:
+    """Compress a character with the defaults, write and measure the pack; then decode and encode the same images."""
     with TemporaryDirectory(dir=work) as place:
         with limited(memory, Path(place)):
-            run = _compressed(folder, Path(place) / "bench.facezip") | {"peak_memory_mb": peak_memory() / 1e6}
-        run |= _coded(_images(folder), sorted((Path(place) / "bench.facezip").glob("*.png")), Path(place))
-    return run | {"ratio": run["total_s"] / run["io_s"]}
+            seconds, rmse, size = _compressed(folder, Path(place) / "bench.facezip")
+            peak = peak_memory() / 1e6
+        images = _coded(_images(folder), sorted((Path(place) / "bench.facezip").glob("*.png")), Path(place))
+    total, io = sum(seconds.values()), sum(images.values())
+    return TimedRun(
+        **seconds,
+        **images,
+        total_s=total,
+        io_s=io,
+        ratio=total / io,
+        rmse=rmse,
+        bytes_on_gpu=size,
+        peak_memory_mb=peak,
+    )
 
 
-def _compressed(folder: Path, pack: Path) -> Run:
+def _compressed(folder: Path, pack: Path) -> tuple[dict[str, float], float, int]:
+    """Seconds of the parts, the error, and bytes on the GPU."""
     character, load_s = _timed(lambda: load_character(folder))
     _, check_s = _timed(lambda: alignments(character))
     model, fit_s = _timed(lambda: compress(character))
     _, write_s = _timed(lambda: write_pack(model, pack))
     errors, measure_s = _timed(lambda: pack_errors(character, pack))
     seconds = {"load_s": load_s, "check_s": check_s, "fit_s": fit_s, "write_s": write_s, "measure_s": measure_s}
-    found = {"rmse": errors[ALBEDO]["rmse"], "bytes_on_gpu": model.footprint.bytes_on_gpu}
-    return {**seconds, "total_s": sum(seconds.values()), **found}
+    return seconds, errors[ALBEDO].mean, model.footprint.bytes_on_gpu
 
 
-def _coded(inputs: list[Path], outputs: list[Path], work: Path) -> Run:
+def _coded(inputs: list[Path], outputs: list[Path], work: Path) -> dict[str, float]:
     texels = {path.name: read_texture_exactly(path) for path in outputs}
     with ThreadPoolExecutor(cores()) as pool:
         # Nothing is kept of the inputs: reading them again must not add to the memory that compressing took.
         _, decode_s = _timed(lambda: list(pool.map(lambda path: read_texture(path).size, inputs)))
         _, encode_s = _timed(lambda: list(pool.map(lambda name: write_texture(work / name, texels[name]), texels)))
-    return {"decode_s": decode_s, "encode_s": encode_s, "io_s": decode_s + encode_s}
+    return {"decode_s": decode_s, "encode_s": encode_s}
 
 
 def _images(folder: Path) -> list[Path]:
@@ -101,7 +149,7 @@ def _images(folder: Path) -> list[Path]:
     return sorted(path for path in folder.iterdir() if path.suffix.lower() in TEXTURE_SUFFIXES and path.stem in names)
 
 
-def _runs(folder: Path, work: Path, repeats: int, memory: int | None, description: str) -> list[Run]:
+def _runs(folder: Path, work: Path, repeats: int, memory: int | None, description: str) -> list[TimedRun]:
     # An interrupt ends the process at once and without a word; this one says what there is to say.
     alone = ProcessPoolExecutor(1, get_context("spawn"), signal.signal, (signal.SIGINT, signal.SIG_DFL))
     try:

@@ -3,17 +3,34 @@
 import platform
 import resource
 import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 from facezip.machine.cores import cores
 
 
-def conditions(libraries: tuple[str, ...]) -> dict[str, Any]:
+@dataclass(frozen=True, kw_only=True)
+class Conditions:
+    """Where numbers were measured.
+
+    Attributes
+    ----------
+    processor : its name.
+    cores : that were used.
+    versions : of Python and of libraries, by name.
+    """
+
+    processor: str
+    cores: int
+    versions: Mapping[str, str]
+
+
+def conditions(libraries: tuple[str, ...]) -> Conditions:
     """The machine and the versions of Python and of ``libraries``, as every measurement states them."""
     versions = {"Python": platform.python_version(), **{name: version(name) for name in libraries}}
-    return {"processor": _processor(), "cores": cores(), "versions": versions}
+    return Conditions(processor=_processor(), cores=cores(), versions=versions)
 
 
 def peak_memory() -> int:

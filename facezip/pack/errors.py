@@ -1,8 +1,8 @@
 """How far textures are from the scans: RMSE of colours and data, degrees of normals, over all tiles of a map."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,20 +19,57 @@ from facezip.pack.quantise import StoredTextures, dequantise_part
 from facezip.pack.read import read_stored
 from facezip.pack.verification import verify_pack
 
-# By map: what :func:`model_errors` says.
-Errors = dict[str, dict[str, Any]]
 Rows = Callable[[slice], NDArray[np.float32]]
 
 
-def model_errors(character: Character, model: CompressedTextures | StoredTextures) -> Errors:
-    """For each map of a character, the errors of ``model.reconstruct`` over all its tiles, inside the mask.
+@dataclass(frozen=True, kw_only=True)
+class MapErrors:
+    """How far one map is from the scans, over all tiles, inside the mask; means over expressions.
 
-    Returns
-    -------
-    ``rmse`` and ``rmse_per_expression`` of colours and data, in units of 0..255 (of a map's range where it has one);
-    for normals ``angular_error`` and ``angular_error_per_expression``, the mean angle in degrees, and
-    ``angular_error_rms``.
+    Of colours and data ``rmse``, of normals ``angular_error``.
+
+    Attributes
+    ----------
+    rmse : 0..255, of a map's range where it has one.
+    rmse_per_expression : the same by expression.
+    angular_error : mean angle in degrees.
+    angular_error_rms : its root mean square.
+    angular_error_per_expression : the mean angle by expression.
     """
+
+    rmse: float | None = None
+    rmse_per_expression: Mapping[str, float] | None = None
+    angular_error: float | None = None
+    angular_error_rms: float | None = None
+    angular_error_per_expression: Mapping[str, float] | None = None
+
+    @property
+    def is_angular(self) -> bool:
+        """Whether they are of normals."""
+        return self.angular_error is not None
+
+    @property
+    def mean(self) -> float:
+        """The error in the map's own unit: degrees of normals, else parts of 255."""
+        return next(error for error in (self.angular_error, self.rmse) if error is not None)
+
+    @property
+    def means(self) -> "MapErrors":
+        """The same without numbers of single expressions."""
+        return replace(self, rmse_per_expression=None, angular_error_per_expression=None)
+
+    @property
+    def per_expression(self) -> Mapping[str, float]:
+        """:attr:`mean` by expression; empty where that was not kept."""
+        return self.angular_error_per_expression or self.rmse_per_expression or {}
+
+
+# By map.
+Errors = dict[str, MapErrors]
+
+
+def model_errors(character: Character, model: CompressedTextures | StoredTextures) -> Errors:
+    """For each map of a character, the errors of ``model.reconstruct`` over all its tiles, inside the mask."""
     return {kind.name: _of_map(character, kind, _ModelSide(character, model, kind)) for kind in character.maps}
 
 
@@ -53,15 +90,14 @@ def texture_errors(character: Character, texels: Callable[[str, Key], Texels]) -
     return {kind.name: _of_map(character, kind, _TextureSide(character, texels, kind)) for kind in character.maps}
 
 
-def albedo_errors(character: Character, model: CompressedTextures | StoredTextures) -> dict[str, float]:
+def albedo_errors(character: Character, model: CompressedTextures | StoredTextures) -> Mapping[str, float]:
     """RMSE of every expression's albedo (0..255) over all tiles, inside the mask."""
     return rmse_per_expression(model_errors(character.only(ALBEDO), model))
 
 
-def rmse_per_expression(errors: Errors) -> dict[str, float]:
+def rmse_per_expression(errors: Errors) -> Mapping[str, float]:
     """Of the albedo."""
-    per_expression: dict[str, float] = errors[ALBEDO]["rmse_per_expression"]
-    return per_expression
+    return errors[ALBEDO].per_expression
 
 
 def mean_rmse(errors: Mapping[str, float]) -> float:
@@ -115,25 +151,21 @@ class _TextureSide:
         return lambda rows: to_float(texels[rows])
 
 
-def _of_map(character: Character, kind: Map, side: _ModelSide | _TextureSide) -> dict[str, Any]:
+def _of_map(character: Character, kind: Map, side: _ModelSide | _TextureSide) -> MapErrors:
     # A tile whose mask shows nothing of the face has no error.
     seen = {tile: texels for tile, stack in character.of_map(kind.name).items() if (texels := texels_seen(stack)) > 0}
     return (_angular if kind.is_normal else _rmse)(character, kind, side, seen)
 
 
-def _rmse(
-    character: Character, kind: Map, side: _ModelSide | _TextureSide, seen: Mapping[int, float]
-) -> dict[str, Any]:
+def _rmse(character: Character, kind: Map, side: _ModelSide | _TextureSide, seen: Mapping[int, float]) -> MapErrors:
     stacks = {tile: character.stacks[kind.name, tile] for tile in seen}
     squares = np.sum([side.squares(stack, tile) for tile, stack in stacks.items()], axis=0)
     values = sum(seen[tile] * stack.channels for tile, stack in stacks.items())
     per_expression = dict(zip(character.expressions, (255 * np.sqrt(squares / values)).tolist(), strict=True))
-    return {"rmse": mean_rmse(per_expression), "rmse_per_expression": per_expression}
+    return MapErrors(rmse=mean_rmse(per_expression), rmse_per_expression=per_expression)
 
 
-def _angular(
-    character: Character, kind: Map, side: _ModelSide | _TextureSide, seen: Mapping[int, float]
-) -> dict[str, Any]:
+def _angular(character: Character, kind: Map, side: _ModelSide | _TextureSide, seen: Mapping[int, float]) -> MapErrors:
     names = character.expressions
     total = np.zeros((len(names), 2))
     for tile in seen:
@@ -143,11 +175,11 @@ def _angular(
             total[n] += _moments(kind, stack.textures[n], weight, side.rows_of(n, tile))
     mean, square = total.T / sum(seen.values())
     per_expression = dict(zip(names, mean.tolist(), strict=True))
-    return {
-        "angular_error": mean_rmse(per_expression),
-        "angular_error_rms": float(np.sqrt(square).mean()),
-        "angular_error_per_expression": per_expression,
-    }
+    return MapErrors(
+        angular_error=mean_rmse(per_expression),
+        angular_error_rms=float(np.sqrt(square).mean()),
+        angular_error_per_expression=per_expression,
+    )
 
 
 def _moments(kind: Map, original: Texels, weight: NDArray[np.float32], theirs: Rows) -> NDArray[np.float64]:

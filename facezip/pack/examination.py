@@ -65,5 +65,5 @@ def _rows(manifest: Manifest) -> list[Row]:
         rows += [Row(file, "weights", "", one.number, "png, uint8", "as stored", size) for file in one.weights]
     if manifest.geometry:
         size = f"{manifest.geometry.vertices} vertices, {manifest.geometry.triangles} triangles"
-        rows += [Row(file, "mesh", size=size) for file in manifest.geometry.files]
+        rows += [Row(file, "mesh", "", None, size=size) for file in manifest.geometry.files]
     return rows

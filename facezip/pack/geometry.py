@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.gltf import vertex_normals
+from facezip.files.accessors import GltfObject
 from facezip.files.glb import INDICES, VERTICES, Glb, GlbBuilder, GlbFault
 from facezip.files.obj import Topology
 from facezip.files.objlists import MAX_COORDINATE
@@ -168,7 +169,7 @@ def _read(
     return _topology(glb, primitive, np.cumsum(again == 0) - 1), neutral, vertices
 
 
-def _only_primitive(glb: Glb, expressions: tuple[str, ...]) -> tuple[dict[str, Any], float]:
+def _only_primitive(glb: Glb, expressions: tuple[str, ...]) -> tuple[GltfObject, float]:
     """The primitive, and the scale of the node that shows it."""
     (mesh,), (node,) = glb.document["meshes"], glb.document["nodes"]
     (primitive,) = mesh["primitives"]
@@ -211,7 +212,7 @@ def _positions(base: NDArray[np.float32], steps: Any, again: NDArray[Any], step:
     return places[again == 0]
 
 
-def _topology(glb: Glb, primitive: dict[str, Any], vertex: NDArray[np.int64]) -> Topology:
+def _topology(glb: Glb, primitive: GltfObject, vertex: NDArray[np.int64]) -> Topology:
     corners = glb.array(primitive["indices"])
     if corners.shape[1] != 1 or corners.dtype.kind != "u" or len(corners) % 3 or len(corners) == 0:
         raise GlbFault("its triangles are not threes of vertex numbers")
@@ -223,7 +224,7 @@ def _topology(glb: Glb, primitive: dict[str, Any], vertex: NDArray[np.int64]) ->
     return Topology(vertex.astype(np.int32)[faces], uv, (np.cumsum(used) - 1).astype(np.int32)[faces])
 
 
-def _layout(glb: Glb, attributes: dict[str, Any], count: int) -> NDArray[np.float32]:
+def _layout(glb: Glb, attributes: GltfObject, count: int) -> NDArray[np.float32]:
     """``(K, 2)`` UVs, v up."""
     uv = _values(glb, attributes["TEXCOORD_0"], (count, 2), np.float32)
     inexact = _values(glb, attributes[V_UP], (count, 1), np.float32)[:, 0] if V_UP in attributes else np.float32(0)

@@ -3,15 +3,21 @@
 import hashlib
 import json
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Any, Final, Literal
 
-from facezip.character.maps import Key, Map
+from facezip.character.maps import Encoding, Key, Map
 from facezip.pack.footprint import SLOTS_PER_LAYER, Footprint, Texture
 
-FORMAT = "facezip-pack/3"
+FORMAT: Final = "facezip-pack/3"
 FILE_NAME = "manifest.json"
 HEAD_FILE = "head.glb"
 ACTIVATIONS_FILE = "activations.f16"
+
+
+# How a pack was made, in words and numbers by name: for people, whatever is there; readers ignore it.
+MadeWith = dict[str, Any]
+# The JSON of a manifest, or of a part, as it is read: checked afterwards.
+Fields = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -34,7 +40,7 @@ class MapEntry:
     """
 
     name: str
-    encoding: str
+    encoding: Encoding
     range: tuple[float, float]
     channels: int
 
@@ -154,7 +160,7 @@ class Manifest:
     uniform_weights: tuple[tuple[float, ...], ...]
     geometry: GeometryEntry | None
     masks: MasksEntry | None = None
-    made_with: dict[str, Any] = field(default_factory=dict)
+    made_with: MadeWith = field(default_factory=dict)
     files: dict[str, StoredFile] = field(default_factory=dict)
 
     @property
@@ -187,3 +193,17 @@ class Manifest:
             del whole["masks"]
         blank = json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False).encode() + b"\n"
         return blank.replace(b"0" * 64, hashlib.sha256(blank).hexdigest().encode(), 1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ManifestFile(Manifest):
+    """``manifest.json`` as it stands in a pack.
+
+    Attributes
+    ----------
+    sha256 : of all bytes of the file with the digits of this field set to 0.
+    format : the version of packs.
+    """
+
+    sha256: str
+    format: Literal["facezip-pack/3"] = FORMAT

@@ -18,6 +18,7 @@ from facezip.pack.manifest import (
     FILE_NAME,
     FORMAT,
     HEAD_FILE,
+    Fields,
     GeometryEntry,
     Manifest,
     MapEntry,
@@ -80,7 +81,7 @@ def damaged_pack(folder: Path, reason: str) -> FaceZipError:
     return FaceZipError(ErrorCode.DAMAGED_PACK, f"{folder}: not a usable pack: {reason}; restore it or compress again")
 
 
-def manifest_of(document: dict[str, Any]) -> Manifest:
+def manifest_of(document: Fields) -> Manifest:
     """A manifest of version 3's document, lists as tuples; ValueError, TypeError or KeyError for any other."""
     known = {each.name for each in fields(Manifest)}
     odd = {*document} ^ known
@@ -106,7 +107,7 @@ def frozen(value: Any) -> Any:
     return tuple(frozen(item) for item in value) if isinstance(value, list) else value
 
 
-def _tile(entry: dict[str, Any]) -> TileEntry:
+def _tile(entry: Fields) -> TileEntry:
     textures = tuple(TextureEntry(**texture) for texture in entry.pop("textures"))
     return TileEntry(textures=textures, **entry)
 
@@ -132,9 +133,9 @@ def _check_own_checksum(folder: Path, content: bytes) -> None:
         raise damaged_pack(folder, f"{FILE_NAME} was changed or damaged after it was written")
 
 
-def _parsed(content: bytes) -> dict[str, Any]:
+def _parsed(content: bytes) -> Fields:
     """The JSON, in UTF-8 and nothing but: no key twice, no number that is none, no half of a surrogate pair."""
-    document: dict[str, Any] = json.loads(
+    document: Fields = json.loads(
         content.decode(), object_pairs_hook=_object, parse_float=_number, parse_constant=_number
     )
     if _SURROGATE.search(content):
@@ -142,7 +143,7 @@ def _parsed(content: bytes) -> dict[str, Any]:
     return document
 
 
-def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _object(pairs: list[tuple[str, Any]]) -> Fields:
     document = dict(pairs)
     if len(document) < len(pairs):
         raise ValueError("a key stands there twice")
@@ -156,21 +157,21 @@ def _number(text: str) -> float:
     return number
 
 
-def _of_version_3(document: dict[str, Any]) -> dict[str, Any]:
+def _of_version_3(document: Fields) -> Fields:
     if document["geometry"] is not None and document["geometry"]["files"] != (HEAD_FILE,):
         raise ValueError(f"its meshes are not in '{HEAD_FILE}'")
     return document
 
 
 # By the format that a file states: its document as that of version 3.
-VERSIONS: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
+VERSIONS: dict[str, Callable[[Fields], Fields]] = {
     version_1.FORMAT: version_1.as_version_3,
     version_2.FORMAT: version_2.as_version_3,
     FORMAT: _of_version_3,
 }
 
 
-def _version(folder: Path, stated: Any) -> Callable[[dict[str, Any]], dict[str, Any]]:
+def _version(folder: Path, stated: Any) -> Callable[[Fields], Fields]:
     if stated not in VERSIONS:
         raise FaceZipError(
             ErrorCode.OTHER_FORMAT,

@@ -1,8 +1,7 @@
 """Version 1 of the pack: one albedo on one tile, in files without the names of map and tile."""
 
-from typing import Any
-
 from facezip.pack.footprint import SLOTS_PER_LAYER
+from facezip.pack.manifest import Fields
 from facezip.pack.version_2 import COMMON, geometry_of, of_fields
 
 FORMAT = "facezip-pack/1"
@@ -11,7 +10,7 @@ _FIELDS = {"size", "channels", "neutral_bits", "encoding", "difference_scale", "
 _FIELDS |= {"weight_scale", "weight_offset"}
 
 
-def as_version_3(document: dict[str, Any]) -> dict[str, Any]:
+def as_version_3(document: Fields) -> Fields:
     """The document of a manifest, as version 3 states the same; KeyError, TypeError or ValueError for any other."""
     old = of_fields(document, COMMON | _FIELDS)
     if old.pop("encoding") != "srgb":

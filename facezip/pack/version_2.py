@@ -1,9 +1,8 @@
 """Version 2 of the pack: maps and tiles as in version 3, with other words, implied names, and meshes as OBJ."""
 
-from typing import Any
-
 from facezip.files.obj import LONGEST_LINE
 from facezip.pack.footprint import SLOTS_PER_LAYER
+from facezip.pack.manifest import Fields
 
 FORMAT = "facezip-pack/2"
 MESH_FILE, DELTAS_FILE = "neutral.obj", "deltas.f32"
@@ -15,7 +14,7 @@ _TILE = {"number", "weight_size", "weight_columns", "weight_scale", "weight_offs
 _TEXTURE = {"size", "neutral_bits", "difference_scale"}
 
 
-def as_version_3(document: dict[str, Any]) -> dict[str, Any]:
+def as_version_3(document: Fields) -> Fields:
     """The document of a manifest, as version 3 states the same; KeyError, TypeError or ValueError for any other."""
     old = of_fields(document, COMMON | {"maps", "tiles"})
     names = [kind["name"] for kind in old["maps"]]
@@ -23,14 +22,14 @@ def as_version_3(document: dict[str, Any]) -> dict[str, Any]:
     return {**geometry_of(old), "tiles": tiles}
 
 
-def of_fields(entry: dict[str, Any], names: set[str]) -> dict[str, Any]:
+def of_fields(entry: Fields, names: set[str]) -> Fields:
     """A copy, if these are its fields and no others; else ValueError."""
     if odd := {*entry} ^ names:
         raise ValueError(f"field '{min(odd)}' is {'missing' if min(odd) in names else 'unknown'}")
     return dict(entry)
 
 
-def geometry_of(old: dict[str, Any]) -> dict[str, Any]:
+def geometry_of(old: Fields) -> Fields:
     """A document of version 1 or 2, with what it says of meshes as version 3 says it."""
     counts = [old[name] for name in _COUNTS]
     vertices, triangles, _ = counts
@@ -47,7 +46,7 @@ def geometry_of(old: dict[str, Any]) -> dict[str, Any]:
     return {**rest, "geometry": {"files": (MESH_FILE, DELTAS_FILE), "vertices": vertices, "triangles": triangles}}
 
 
-def _tile(old: dict[str, Any], names: list[str]) -> dict[str, Any]:
+def _tile(old: Fields, names: list[str]) -> Fields:
     number, spans = old["number"], old.pop("weight_scale")
     layers = 0 if old["weight_size"] == (1, 1) else -(-len(spans) // SLOTS_PER_LAYER)
     weights = tuple(f"weights{f'_{layer}' if layer else ''}.{number}.png" for layer in range(layers))
@@ -58,7 +57,7 @@ def _tile(old: dict[str, Any], names: list[str]) -> dict[str, Any]:
     return {**old, "weight_span": spans, "weights": weights, "textures": textures}
 
 
-def _texture(old: dict[str, Any], stem: str) -> dict[str, Any]:
+def _texture(old: Fields, stem: str) -> Fields:
     spans = old.pop("difference_scale")
     differences = tuple(f"{stem}.difference_{i}.png" for i in range(len(spans)))
     return {**old, "difference_span": spans, "neutral": f"{stem}.neutral.png", "differences": differences}

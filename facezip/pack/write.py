@@ -26,6 +26,7 @@ from facezip.pack.manifest import (
     FILE_NAME,
     HEAD_FILE,
     GeometryEntry,
+    MadeWith,
     Manifest,
     MapEntry,
     MasksEntry,
@@ -190,7 +191,7 @@ def _manifest(
     tiles: tuple[TileEntry, ...],
     geometry: GeometryEntry | None,
     masks: MasksEntry | None,
-    made_with: dict[str, Any],
+    made_with: MadeWith,
     files: dict[str, StoredFile],
 ) -> Manifest:
     is_uniform = masks is None and tiles[0].weight_size == (1, 1)

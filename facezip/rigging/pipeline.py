@@ -1,16 +1,15 @@
 """The rig as one call: load scans and a template, fit the shapes, compress, and write shapes, pack and record."""
 
-import json
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 from facezip.character.loading import load_character
 from facezip.character.scans import NEUTRAL, Character
 from facezip.cleaning.steps import clean
+from facezip.documents.document import to_json
 from facezip.files.obj import write_obj
 from facezip.files.writing import whole_folder
 from facezip.fit.methods import compress
@@ -20,33 +19,15 @@ from facezip.pack.facts import pack_facts
 from facezip.pack.parsing import read_manifest
 from facezip.pack.verification import is_pack
 from facezip.pack.write import write_pack
+from facezip.rigging.documents import Evidence, RigDocument, RigFit, RigPack, RigRequest, RigSeconds, ScanFit
 from facezip.rigging.fit import Rig, fit_rig
 from facezip.rigging.originals import RIG
-from facezip.rigging.rigged import MAPS, Rigged, rigged
+from facezip.rigging.rigged import Rigged, rigged
 from facezip.rigging.shown import shown
 from facezip.rigging.template import Template, load_template
 from facezip.rigging.weightmaps import Examples
 
 SHAPES, PICTURE = "shapes", "evidence.png"
-FORMAT = "facezip-rig/1"
-
-
-@dataclass(frozen=True)
-class RigRequest:
-    """What is asked for besides scans, a template and a place for the rig.
-
-    Attributes
-    ----------
-    method : how textures are compressed.
-    maps : how shapes get weight maps, one of ``MAPS``.
-    clean : those of :data:`facezip.cleaning.steps.STEPS` that are taken before anything else.
-    seed : of what is random.
-    """
-
-    method: str = "refined"
-    maps: str = MAPS[0]
-    clean: tuple[str, ...] = ()
-    seed: int = 0
 
 
 def rig_into(
@@ -56,7 +37,7 @@ def rig_into(
     request: RigRequest,
     overwrite: bool = False,
     picture: Callable[[Path, Rigged], None] | None = None,
-) -> dict[str, Any]:
+) -> RigDocument:
     """Write ``shapes/``, the pack of the shapes with all maps of the scans, and ``rig.json``; returns what that holds.
 
     Parameters
@@ -89,15 +70,16 @@ def rig_into(
         if picture is not None and made.estimates:
             picture(folder / PICTURE, made)
         seconds["total"] = perf_counter() - begin
-        document = _describe(scans, wanted, rig) | {
-            "evidence": _evidence(rig, made),
-            "pack": {"path": str(output / pack.name), **pack_facts(pack, read_manifest(pack))},
-            "settings": asdict(request),
-            "damping": made.damping,
-            **({"cleaning": cleaned.facts} if request.clean else {}),
-            "seconds": {step: round(value, 3) for step, value in seconds.items()},
-        }
-        (folder / RIG).write_text(json.dumps(document, indent=1, allow_nan=False), encoding="utf-8")
+        document = RigDocument(
+            **vars(_fit_facts(scans, wanted, rig)),
+            evidence=_evidence(rig, made),
+            pack=RigPack(path=str(output / pack.name), **vars(pack_facts(pack, read_manifest(pack)))),
+            settings=request,
+            damping=made.damping,
+            cleaning=cleaned.facts if request.clean else None,
+            seconds=RigSeconds(**{step: round(value, 3) for step, value in seconds.items()}),
+        )
+        (folder / RIG).write_text(to_json(document), encoding="utf-8")
     return document
 
 
@@ -113,37 +95,35 @@ def _write_shapes(folder: Path, scans: Character, wanted: Template, rig: Rig) ->
         write_obj(folder / f"{name}.obj", scans.meshes.neutral + delta, scans.meshes.topology)
 
 
-def _describe(scans: Character, wanted: Template, rig: Rig) -> dict[str, Any]:
-    """The rig without its meshes, in plain data; lengths in the unit of the meshes."""
+def _fit_facts(scans: Character, wanted: Template, rig: Rig) -> RigFit:
     examples = Examples.of(rig.weights)
     sizes = (scans.meshes.deltas**2).sum(axis=2).mean(axis=1) ** 0.5
     names = scans.expressions
-    return {
-        "format": FORMAT,
-        "character": scans.facts,
-        "shapes": list(wanted.shapes),
-        "example_weights": {
+    return RigFit(
+        character=scans.facts,
+        shapes=wanted.shapes,
+        example_weights={
             name: {shape: round(float(value), 4) for shape, value in zip(wanted.shapes, row, strict=True) if value > 0}
             for name, row in zip(names, rig.weights, strict=True)
         },
-        "fit": {
-            name: {"rms_left": float(left), "rms_displacement": float(size)}
+        fit={
+            name: ScanFit(rms_left=float(left), rms_displacement=float(size))
             for name, left, size in zip(names, rig.residuals, sizes, strict=True)
         },
-        "unseen_shapes": [shape for shape, used in zip(wanted.shapes, rig.seen, strict=True) if not used],
-        "condition": examples.condition if isfinite(examples.condition) else None,
-        "rank": len(examples.weights),
-    }
+        unseen_shapes=[shape for shape, used in zip(wanted.shapes, rig.seen, strict=True) if not used],
+        condition=examples.condition if isfinite(examples.condition) else None,
+        rank=len(examples.weights),
+    )
 
 
-def _evidence(rig: Rig, made: Rigged) -> dict[str, Any]:
+def _evidence(rig: Rig, made: Rigged) -> dict[str, Evidence]:
     """By shape: what geometry tells of it, and of geometry-aware maps what textures do."""
     textures = shown(made.estimates, made.model.expressions)
     return {
-        shape: {
-            "determined": round(float(share), 4),
-            "largest_weight": round(float(weight), 4),
-            **textures.get(shape, {}),
-        }
+        shape: Evidence(
+            determined=round(float(share), 4),
+            largest_weight=round(float(weight), 4),
+            **(vars(textures[shape]) if shape in textures else {}),
+        )
         for shape, share, weight in zip(made.model.expressions, rig.determined, rig.weights.max(axis=0), strict=True)
     }

@@ -1,7 +1,7 @@
 """How well scans show the texture of every shape, as a whole and by regions of each tile: for a record to read."""
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,26 +14,68 @@ GRID = 4
 LEAST = 0.02
 
 
-def shown(estimates: Mapping[int, Estimate], shapes: tuple[str, ...]) -> dict[str, dict[str, Any]]:
-    """By shape ``shown`` and ``uncertainty``, and both by ``regions``; nothing where there are no estimates.
+@dataclass(frozen=True, kw_only=True)
+class Square:
+    """A square of a tile.
 
-    ``shown`` is the part of a shape's expected change, in variance, that scans determine: 0 where its texture is the
-    neutral's for want of evidence, 1 where it is known. ``uncertainty`` is the standard deviation of what is left,
-    0..255 of the albedo.
+    Attributes
+    ----------
+    tile : its UDIM number.
+    u, v : from and to, 0..1 of the tile.
     """
-    if not estimates:
-        return {}
-    return {
-        shape: _facts(*_sums(part for _, part in parts)) | {"regions": _regions(parts)}
-        for m, shape in enumerate(shapes)
-        for parts in [[(region, part) for tile, made in estimates.items() for region, part in _squares(tile, made, m)]]
-    }
+
+    tile: int
+    u: tuple[float, float]
+    v: tuple[float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Known:
+    """How much of a shape's texture is known.
+
+    Attributes
+    ----------
+    shown : the part of its expected change, in variance, that scans determine: 0 where its texture is the neutral's for
+        want of evidence, 1 where it is known.
+    uncertainty : the standard deviation of what is left, 0..255 of the albedo.
+    """
+
+    shown: float
+    uncertainty: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Region(Square, Known):
+    """The same of a square of a tile."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shown(Known):
+    """The same of a shape.
+
+    Attributes
+    ----------
+    regions : those in which it changes something.
+    """
+
+    regions: Sequence[Region]
 
 
 Part = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
-def _squares(tile: int, made: Estimate, m: int) -> Iterator[tuple[dict[str, Any], Part]]:
+def shown(estimates: Mapping[int, Estimate], shapes: tuple[str, ...]) -> dict[str, Shown]:
+    """By shape how well scans show its texture; nothing where there are no estimates."""
+    if not estimates:
+        return {}
+    return {
+        shape: Shown(**vars(_known(*_sums(part for _, part in parts))), regions=_regions(parts))
+        for m, shape in enumerate(shapes)
+        for parts in [[(square, part) for tile, made in estimates.items() for square, part in _squares(tile, made, m)]]
+    }
+
+
+def _squares(tile: int, made: Estimate, m: int) -> Iterator[tuple[Square, Part]]:
     """Regions, and of their texels a shape's expected variance and the evidence for it."""
     height, width = made.evidence.shape[1:]
     rows, columns = (np.linspace(0, size, GRID + 1).round().astype(int) for size in (height, width))
@@ -41,8 +83,8 @@ def _squares(tile: int, made: Estimate, m: int) -> Iterator[tuple[dict[str, Any]
         for j in range(GRID):
             some = (m, slice(rows[i], rows[i + 1]), slice(columns[j], columns[j + 1]))
             # Image row 0 is at v = 1.
-            region = {"tile": tile, "u": [j / GRID, (j + 1) / GRID], "v": [1 - (i + 1) / GRID, 1 - i / GRID]}
-            yield region, (np.square(made.expected[some], dtype=np.float64), made.evidence[some].astype(np.float64))
+            square = Square(tile=tile, u=(j / GRID, (j + 1) / GRID), v=(1 - (i + 1) / GRID, 1 - i / GRID))
+            yield square, (np.square(made.expected[some], dtype=np.float64), made.evidence[some].astype(np.float64))
 
 
 def _sums(parts: Iterator[Part]) -> tuple[float, float, int]:
@@ -55,13 +97,15 @@ def _sums(parts: Iterator[Part]) -> tuple[float, float, int]:
     return expected, known, texels
 
 
-def _facts(expected: float, known: float, texels: int) -> dict[str, Any]:
+def _known(expected: float, known: float, texels: int) -> Known:
     left = np.sqrt(max(expected - known, 0.0) / max(texels, 1))
-    return {"shown": round(known / expected, 4) if expected > 0 else 0.0, "uncertainty": round(float(left), 4)}
+    return Known(shown=round(known / expected, 4) if expected > 0 else 0.0, uncertainty=round(float(left), 4))
 
 
-def _regions(parts: list[tuple[dict[str, Any], Part]]) -> list[dict[str, Any]]:
+def _regions(parts: list[tuple[Square, Part]]) -> list[Region]:
     total = sum(float(variance.sum()) for _, (variance, _) in parts)
     return [
-        region | _facts(*_sums(iter([part]))) for region, part in parts if 0 < LEAST * total <= float(part[0].sum())
+        Region(**vars(square), **vars(_known(*_sums(iter([part])))))
+        for square, part in parts
+        if 0 < LEAST * total <= float(part[0].sum())
     ]

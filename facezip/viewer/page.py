@@ -2,15 +2,16 @@
 
 import base64
 import hashlib
-import json
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from facezip.documents.document import to_json
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.viewer.build import BUNDLE, SOURCES
+from facezip.viewer.documents import SceneDocument
 from facezip.viewer.scene import Scene
 
 SCRIPT = "viewer.js"
@@ -60,9 +61,9 @@ def single_page(scene: Scene) -> bytes:
     return _render(policy=policy, script=Markup(script), style=Markup(style), blocks=blocks).encode()
 
 
-def document_json(document: dict[str, Any]) -> Markup:
+def document_json(document: SceneDocument) -> Markup:
     """JSON that can stand inside a script element, whatever the names in it are."""
-    text = json.dumps(document, allow_nan=False)
+    text = to_json(document, indent=None)
     return Markup(text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from facezip.pack.read import read_stored
 from facezip.pack.verification import bytes_on_disk, verify_pack
 from facezip.rigging.sequences import poses_for
 from facezip.viewer.assets import Assets, original_assets, pack_assets
+from facezip.viewer.documents import SceneCosts, SceneDocument, SceneMap, SceneMesh, ScenePose, SceneTexture, SceneTile
 
 COLOURS = 3
 
@@ -31,12 +32,12 @@ class Scene:
 
     Attributes
     ----------
-    document : names, sizes and ranges; plain JSON.
+    document : names, sizes and ranges.
     assets : PNG images (``NAME.png``) and arrays (``NAME.zlib``: little-endian, row by row, deflated) that the document
         needs. No name of theirs comes out of a pack. Called when asked for: originals are many and rarely all seen.
     """
 
-    document: dict[str, Any]
+    document: SceneDocument
     assets: Mapping[str, Callable[[], bytes]]
 
 
@@ -75,52 +76,50 @@ def _read(pack: Path, character: Character | None) -> _Read:
         return _Read(manifest, stored, pack_assets(pack, manifest, stored), bytes_on_disk(pack))
 
 
-def _document(read: _Read, errors: Errors | None) -> dict[str, Any]:
+def _document(read: _Read, errors: Errors | None) -> SceneDocument:
     manifest, stored = read.manifest, read.stored
     cost, geometry = manifest.footprint, manifest.geometry
-    return {
-        "name": manifest.name,
-        "method": manifest.method,
-        "expressions": list(manifest.expressions),
-        "poses": list(_poses(manifest.expressions)),
-        "maps": [_map(entry, errors) for entry in manifest.maps],
-        "tiles": [_tile(tile, manifest.maps) for tile in manifest.tiles],
-        "slots": cost.differences,
-        "difference_zero": ZERO / 255,
-        "max_slope": MAX_SLOPE,
-        "uniform": bool(manifest.uniform_weights),
-        "weight_range": max(_largest_weight(stored, tile) for tile in stored.weights),
-        **({"fours": manifest.masks.fours} if manifest.masks else {}),
-        "costs": {
-            "bytes_on_gpu": cost.bytes_on_gpu,
-            "bytes_raw": cost.bytes_raw,
-            "bytes_on_disk": read.bytes,
-            "fetches": cost.fetches,
-        },
-        "mesh": {"vertices": geometry.vertices, "triangles": geometry.triangles} if geometry else None,
-        "originals": errors is not None,
-    }
+    return SceneDocument(
+        name=manifest.name,
+        method=manifest.method,
+        expressions=manifest.expressions,
+        poses=list(_poses(manifest.expressions)),
+        maps=[_map(entry, errors) for entry in manifest.maps],
+        tiles=[_tile(tile, manifest.maps) for tile in manifest.tiles],
+        slots=cost.differences,
+        difference_zero=ZERO / 255,
+        max_slope=MAX_SLOPE,
+        uniform=bool(manifest.uniform_weights),
+        weight_range=max(_largest_weight(stored, tile) for tile in stored.weights),
+        fours=manifest.masks.fours if manifest.masks else None,
+        costs=SceneCosts(
+            bytes_on_gpu=cost.bytes_on_gpu,
+            bytes_raw=cost.bytes_raw,
+            bytes_on_disk=read.bytes,
+            fetches=cost.fetches,
+        ),
+        mesh=SceneMesh(vertices=geometry.vertices, triangles=geometry.triangles) if geometry else None,
+        originals=errors is not None,
+    )
 
 
-def _poses(expressions: tuple[str, ...]) -> Iterator[dict[str, Any]]:
+def _poses(expressions: tuple[str, ...]) -> Iterator[ScenePose]:
     """The key poses that these expressions can make, then each expression alone that is none of them."""
     poses = {pose.name: pose.weights for pose in poses_for(expressions)}
     alone = {name: {name: 1.0} for name in expressions if name not in poses}
     for name, weights in {**poses, **alone}.items():
-        yield {"name": name, "weights": [[expressions.index(key), weight] for key, weight in weights.items()]}
+        yield ScenePose(name=name, weights=[(expressions.index(key), weight) for key, weight in weights.items()])
 
 
-def _map(entry: MapEntry, errors: Errors | None) -> dict[str, Any]:
-    found = errors[entry.name] if errors else {}
-    return {
-        "name": entry.name,
-        "encoding": entry.encoding,
-        "range": list(entry.range),
-        "channels": entry.channels,
-        "image_channels": entry.image_channels,
-        # Degrees of normals, else parts of 255.
-        "error": found.get("angular_error", found.get("rmse")),
-    }
+def _map(entry: MapEntry, errors: Errors | None) -> SceneMap:
+    return SceneMap(
+        name=entry.name,
+        encoding=entry.encoding,
+        range=entry.range,
+        channels=entry.channels,
+        image_channels=entry.image_channels,
+        error=errors[entry.name].mean if errors else None,
+    )
 
 
 def _largest_weight(stored: StoredTextures, tile: int) -> float:
@@ -131,28 +130,28 @@ def _largest_weight(stored: StoredTextures, tile: int) -> float:
     return float(np.abs(stored.weights[tile].values).max())
 
 
-def _tile(tile: TileEntry, maps: tuple[MapEntry, ...]) -> dict[str, Any]:
-    return {
-        "number": tile.number,
-        "place": list(place_of(tile.number)),
-        "weight_size": list(tile.weight_size),
-        "weight_span": list(tile.weight_span),
-        "weight_offset": list(tile.weight_offset),
-        "textures": [_texture(*each) for each in zip(maps, tile.textures, strict=True)],
-    }
+def _tile(tile: TileEntry, maps: tuple[MapEntry, ...]) -> SceneTile:
+    return SceneTile(
+        number=tile.number,
+        place=place_of(tile.number),
+        weight_size=tile.weight_size,
+        weight_span=tile.weight_span,
+        weight_offset=tile.weight_offset,
+        textures=[_texture(*each) for each in zip(maps, tile.textures, strict=True)],
+    )
 
 
-def _texture(entry: MapEntry, texture: TextureEntry) -> dict[str, Any]:
+def _texture(entry: MapEntry, texture: TextureEntry) -> SceneTexture:
     # As what the shader adds to: slopes of normals, else texels in [0, 1].
     unit = 1.0 if entry.kind.is_normal else entry.kind.unit
     spans = np.array(texture.difference_span) / unit
     spans = np.repeat(spans, COLOURS, axis=1) if entry.channels == 1 else spans
     padding = [(0, 0), (0, COLOURS - spans.shape[1])]
-    return {
-        "size": list(texture.size),
-        "neutral_bits": texture.neutral_bits,
-        "difference_span": np.pad(spans, padding).tolist(),
-    }
+    return SceneTexture(
+        size=texture.size,
+        neutral_bits=texture.neutral_bits,
+        difference_span=np.pad(spans, padding).tolist(),
+    )
 
 
 def _check_channels(manifest: Manifest, pack: Path) -> None:

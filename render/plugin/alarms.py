@@ -4,18 +4,20 @@ Renders of the embedded character from its compressed textures become a referenc
 spoilt ones are compared with it; so are scenes with regions of one exact value. No render serves twice.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import count, cycle, islice, product
 from time import perf_counter
-from typing import Any
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from facezip.documents.document import Document
 from facezip.fit.methods import compress
 from facezip.machine.progress import track
+from render.documents import Versions
 from render.llvm import start
 from render.paired import PairedRenderer
 from render.plugin.defects import injected_defects
@@ -56,16 +58,104 @@ class Trials:
     seed: int = 0
 
 
-def measure_alarms(trials: Trials, level: float) -> dict[str, Any]:
-    """Compare equal and changed renders with references, and count what falls below the level.
+@dataclass(frozen=True, kw_only=True)
+class Rate:
+    """How often a test says that something has changed.
 
-    Returns
-    -------
-    ``false_alarms``: ``trials``, ``count``, ``rate`` and its 95 % ``interval`` (Clopper and Pearson 1934) at ``level``;
-    ``levels``: the same at others; ``defects``: the same for each defect, found and not, with the rate of every
-    ``rig, material``; ``flats``: for each of :func:`render.plugin.flats.flat_scenes` the ``levels`` of equal renders,
-    and the rates at ``level`` of those whose ``flat`` or ``noisy`` part is changed; ``seconds``; ``conditions``.
+    Attributes
+    ----------
+    trials, count : comparisons, and those below the level.
+    rate, interval : their ratio, and its 95 % interval (Clopper and Pearson 1934).
     """
+
+    trials: int
+    count: int
+    rate: float
+    interval: tuple[float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LevelRate(Rate):
+    """The same at another level.
+
+    Attributes
+    ----------
+    level : of the test.
+    """
+
+    level: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class DefectRate(Rate):
+    """How often a defect is found.
+
+    Attributes
+    ----------
+    per_case : the rate of every ``rig, material``.
+    """
+
+    per_case: Mapping[str, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlatRates:
+    """Of one of :func:`render.plugin.flats.flat_scenes`.
+
+    Attributes
+    ----------
+    levels : of equal renders.
+    flat, noisy : of those in which that part is changed, where the scene has it.
+    """
+
+    levels: Sequence[LevelRate]
+    flat: Rate | None = None
+    noisy: Rate | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class AlarmConditions(Versions):
+    """How many trials of what, as of :class:`Trials`."""
+
+    references: int
+    tests: int
+    reference_renders: int
+    renders: int
+    resolution: int
+    spp: int
+    texels: int
+    seed: int
+    sampler: str
+    character: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class AlarmsDocument(Document):
+    """How often the test of the pytest plugin errs.
+
+    Attributes
+    ----------
+    level : that the test promises not to exceed when nothing has changed.
+    false_alarms : at that level.
+    levels : at others.
+    defects : by defect.
+    flats : by scene with regions of one exact value.
+    seconds : spent.
+    conditions : how it was measured.
+    """
+
+    format: Literal["facezip-bench-alarms/1"] = "facezip-bench-alarms/1"
+    level: float
+    false_alarms: Rate
+    levels: Sequence[LevelRate]
+    defects: Mapping[str, DefectRate]
+    flats: Mapping[str, FlatRates]
+    seconds: float
+    conditions: AlarmConditions
+
+
+def measure_alarms(trials: Trials, level: float) -> AlarmsDocument:
+    """Compare equal and changed renders with references, and count what falls below the level."""
     begin = perf_counter()
     versions = start()
     found: dict[str, dict[str, list[float]]] = {}
@@ -75,30 +165,32 @@ def measure_alarms(trials: Trials, level: float) -> dict[str, Any]:
             found.setdefault(name, {}).setdefault(case, []).append(probability)
     equal = np.concatenate([*found.pop(_EQUAL).values()])
     flats = _flats(trials, level)
-    return {
-        "level": level,
-        "false_alarms": _rate(equal, level),
-        "levels": _levels(equal),
-        "defects": {name: _rates(cases, level) for name, cases in found.items()},
-        "flats": flats,
-        "seconds": round(perf_counter() - begin, 2),
-        "conditions": {**versions, **asdict(trials), "sampler": "multijitter", "character": "embedded, smile, refined"},
-    }
+    return AlarmsDocument(
+        level=level,
+        false_alarms=_rate(equal, level),
+        levels=_levels(equal),
+        defects={name: _rates(cases, level) for name, cases in found.items()},
+        flats=flats,
+        seconds=round(perf_counter() - begin, 2),
+        conditions=AlarmConditions(
+            **vars(versions), **vars(trials), sampler="multijitter", character="embedded, smile, refined"
+        ),
+    )
 
 
 _EQUAL = "equal"
 
 
-def _rates(cases: dict[str, list[float]], level: float) -> dict[str, Any]:
+def _rates(cases: dict[str, list[float]], level: float) -> DefectRate:
     per_case = {case: float(np.mean(np.array(values) < level)) for case, values in cases.items()}
-    return {**_rate(np.concatenate([*cases.values()]), level), "per_case": per_case}
+    return DefectRate(**vars(_rate(np.concatenate([*cases.values()]), level)), per_case=per_case)
 
 
-def _levels(probabilities: NDArray[np.float64]) -> list[dict[str, Any]]:
-    return [{"level": level, **_rate(probabilities, level)} for level in LEVELS]
+def _levels(probabilities: NDArray[np.float64]) -> list[LevelRate]:
+    return [LevelRate(level=level, **vars(_rate(probabilities, level))) for level in LEVELS]
 
 
-def _flats(trials: Trials, level: float) -> dict[str, dict[str, Any]]:
+def _flats(trials: Trials, level: float) -> dict[str, FlatRates]:
     found: dict[str, dict[str, list[float]]] = {}
     for name, probabilities in track(
         _flat_comparisons(trials), "Comparing flats", FLATS * trials.references * trials.tests
@@ -106,8 +198,10 @@ def _flats(trials: Trials, level: float) -> dict[str, dict[str, Any]]:
         for change, probability in probabilities.items():
             found.setdefault(name, {}).setdefault(change, []).append(probability)
     return {
-        name: {"levels": _levels(np.array(changes.pop(_EQUAL)))}
-        | {change: _rate(np.array(values), level) for change, values in changes.items()}
+        name: FlatRates(
+            levels=_levels(np.array(changes.pop(_EQUAL))),
+            **{change: _rate(np.array(values), level) for change, values in changes.items()},
+        )
         for name, changes in found.items()
     }
 
@@ -127,15 +221,15 @@ def _flat_comparisons(trials: Trials) -> Iterator[tuple[str, dict[str, float]]]:
                 yield scene.name, {name: reference.compare(images).probability for name, images in pictures.items()}
 
 
-def _rate(probabilities: NDArray[np.float64], level: float) -> dict[str, Any]:
+def _rate(probabilities: NDArray[np.float64], level: float) -> Rate:
     below = int(np.count_nonzero(probabilities < level))
     interval = stats.binomtest(below, len(probabilities)).proportion_ci(CONFIDENCE, method="exact")
-    return {
-        "trials": len(probabilities),
-        "count": below,
-        "rate": below / len(probabilities),
-        "interval": [float(interval.low), float(interval.high)],
-    }
+    return Rate(
+        trials=len(probabilities),
+        count=below,
+        rate=below / len(probabilities),
+        interval=(float(interval.low), float(interval.high)),
+    )
 
 
 def _comparisons(trials: Trials) -> Iterator[tuple[str, dict[str, float]]]:

@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facezip.files.srgb import encode_srgb
 from render.plugin.sources import scene_renderer
+from scenes.plugins import Plugin
 
 Image = NDArray[np.float32]
 
@@ -62,7 +62,7 @@ def flat_scenes(value: NDArray[np.float64], resolution: int, spp: int) -> Iterat
     yield FlatScene("one value, no noise, 8 bits", lambda seed: _flat(value, resolution), in_8_bits=True)
 
 
-def _ball(value: NDArray[np.float64], resolution: int, integrator: dict[str, Any]) -> dict[str, Any]:
+def _ball(value: NDArray[np.float64], resolution: int, integrator: Plugin) -> Plugin:
     """A ball before a sky of one value, which is all its light."""
     film = {"type": "hdrfilm", "width": resolution, "height": resolution, "rfilter": {"type": "box"}}
     return {
@@ -74,7 +74,7 @@ def _ball(value: NDArray[np.float64], resolution: int, integrator: dict[str, Any
     }
 
 
-def _lit(value: NDArray[np.float64], resolution: int) -> dict[str, Any]:
+def _lit(value: NDArray[np.float64], resolution: int) -> Plugin:
     """A ball between the camera and a wall that shines."""
     import mitsuba as mi
 

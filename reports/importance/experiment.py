@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,14 +17,25 @@ from facezip.fit.settings import Settings
 from facezip.pack.errors import model_errors
 from facezip.pack.model import CompressedTextures
 from render.candidates import texels_of
+from render.documents import Versions
 from render.effect import image_errors
 from render.importance import Look, Sight, face_means, regularised, seen_importance
 from render.llvm import start
 from render.staging import rendered_maps, staged
+from reports.importance.documents import (
+    Change,
+    FitFacts,
+    FitSettings,
+    ImportanceConditions,
+    ImportanceDocument,
+    ImportanceFacts,
+    ImportanceSeconds,
+    LookErrors,
+    Pair,
+)
 from scenes.cameras import VIEWS
 from scenes.lights import RIGS
 
-FORMAT = "facezip-importance/1"
 FITS = ("uniform", "importance")
 # What weights are exact for, how others are found, and what has none.
 LINEAR = "the albedo, exact, as direct light is linear in it"
@@ -42,8 +52,8 @@ def looks_of(views: int, lights: int) -> tuple[tuple[Look, ...], tuple[Look, ...
 
 
 def measure_importance(
-    character: Character, sight: Sight, held_out: Sequence[Look], fit: dict[str, Any], floor: float
-) -> tuple[dict[str, Any], dict[Key, NDArray[np.float32]]]:
+    character: Character, sight: Sight, held_out: Sequence[Look], fit: FitSettings, floor: float
+) -> tuple[ImportanceDocument, dict[Key, NDArray[np.float32]]]:
     """Make the importance for ``sight``, fit with and without it, and judge both by images of all maps.
 
     Parameters
@@ -51,13 +61,12 @@ def measure_importance(
     character : at least two expressions, with any maps and tiles.
     sight : the looks that the importance is made for.
     held_out : looks that it knows nothing of.
-    fit : settings of the refined fit, ``differences`` and ``weight_scale``, the same for both.
+    fit : settings of the refined fit, the same for both.
     floor : of :func:`render.importance.regularised`.
 
     Returns
     -------
-    document : plain data (``facezip-importance/1``): ``character``, ``conditions``, ``importance``, ``fits``,
-        ``looks``, ``change`` and ``seconds``.
+    document : what was measured.
     importance : by map and tile, ``(H, W)`` float32 ≥ 0, what ``facezip compress --importance`` takes.
 
     Raises
@@ -65,7 +74,7 @@ def measure_importance(
     FaceZipError
         ``BAD_VALUE``: no camera sees the face region, or a setting of the fit is outside its range.
     """
-    Settings(**fit).check("refined")
+    Settings(**vars(fit)).check("refined")
     begin = perf_counter()
     versions = start()
     seen = seen_importance(character, sight)
@@ -75,47 +84,45 @@ def measure_importance(
         raise FaceZipError(ErrorCode.BAD_VALUE, f"{character.name}: {reason}")
     importance = regularised(seen, inside, floor)
     made = perf_counter()
-    models = [compress(character, **fit), compress(character, **fit, importance=importance)]
+    models = [compress(character, **vars(fit)), compress(character, **vars(fit), importance=importance)]
     fitted = perf_counter()
     every = replace(sight, looks=(*sight.looks, *held_out), seed=sight.seed + JUDGING_SEED)
     errors = image_errors(character, [staged(character, texels_of(model)) for model in models], every)
     looks = _looks(every.looks, errors, len(sight.looks))
-    document = {
-        "format": FORMAT,
-        "character": character.facts,
-        "conditions": {
-            **_conditions(character, sight, held_out, fit, versions),
-            "importance_of": "; ".join(_words(character, importance)),
-        },
-        "importance": {**_facts(seen, importance, inside, floor), "counts": _counts(character, seen, inside)},
-        "fits": [_fit(*each) for each in zip(FITS, models, [character] * 2, strict=True)],
-        "looks": looks,
-        "change": _change(looks),
-        "seconds": {
-            "importance": round(made - begin, 1),
-            "fits": round(fitted - made, 1),
-            "total": round(perf_counter() - begin, 1),
-        },
-    }
+    document = ImportanceDocument(
+        character=character.facts,
+        conditions=_conditions(character, sight, held_out, fit, versions, _words(character, importance)),
+        importance=_facts(character, seen, importance, inside, floor),
+        fits=[_fit(*each) for each in zip(FITS, models, [character] * 2, strict=True)],
+        looks=looks,
+        change=_change(looks),
+        seconds=ImportanceSeconds(
+            importance=round(made - begin, 1),
+            fits=round(fitted - made, 1),
+            total=round(perf_counter() - begin, 1),
+        ),
+    )
     return document, importance
 
 
 def _facts(
+    character: Character,
     seen: Mapping[Key, NDArray[np.float32]],
     importance: Mapping[Key, NDArray[np.float32]],
     inside: Mapping[Key, NDArray[np.float32]],
     floor: float,
-) -> dict[str, Any]:
+) -> ImportanceFacts:
     """Of the albedo on all tiles."""
     keys = [key for key in seen if key[0] == ALBEDO]
     looked_at = sum(((seen[key] > 0) * inside[key]).sum(dtype=np.float64) for key in keys)
     on_face = np.concatenate([importance[key][inside[key] > 0] for key in keys])
-    return {
-        "floor": floor,
-        "seen_share": float(looked_at / sum(inside[key].sum(dtype=np.float64) for key in keys)),
-        "largest": float(max(importance[key].max() for key in keys)),
-        "p99": float(np.percentile(on_face, 99)),
-    }
+    return ImportanceFacts(
+        floor=floor,
+        seen_share=float(looked_at / sum(inside[key].sum(dtype=np.float64) for key in keys)),
+        largest=float(max(importance[key].max() for key in keys)),
+        p99=float(np.percentile(on_face, 99)),
+        counts=_counts(character, seen, inside),
+    )
 
 
 def _counts(
@@ -126,62 +133,71 @@ def _counts(
     return {name: mean / means[ALBEDO] / alike[name] for name, mean in means.items() if mean > 0}
 
 
-def _fit(name: str, model: CompressedTextures, character: Character) -> dict[str, Any]:
+def _fit(name: str, model: CompressedTextures, character: Character) -> FitFacts:
     cost, errors = model.footprint, model_errors(character, model)
-    return {
-        "name": name,
-        "texture_rmse": errors[ALBEDO]["rmse"],
-        "map_errors": errors,
-        "bytes_on_gpu": cost.bytes_on_gpu,
-        "fetches": cost.fetches,
-    }
+    return FitFacts(
+        name=name,
+        texture_rmse=errors[ALBEDO].mean,
+        map_errors=errors,
+        bytes_on_gpu=cost.bytes_on_gpu,
+        fetches=cost.fetches,
+    )
 
 
-def _looks(looks: Sequence[Look], errors: NDArray[np.float64], made_for: int) -> list[dict[str, Any]]:
+def _looks(looks: Sequence[Look], errors: NDArray[np.float64], made_for: int) -> list[LookErrors]:
     """Root mean square over expressions of the image errors of both fits, look by look."""
     pooled = np.sqrt(np.square(errors).mean(axis=1))
     return [
-        {"view": view.name, "light": rig, "held_out": i >= made_for, **_pair(*pooled[:, i].tolist())}
+        LookErrors(**vars(_pair(*pooled[:, i].tolist())), view=view.name, light=rig, held_out=i >= made_for)
         for i, (view, rig) in enumerate(looks)
     ]
 
 
-def _change(looks: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def _change(looks: Sequence[LookErrors]) -> Change:
     """Image errors of both fits, pooled over the looks they were made for and over the held-out ones."""
-    change: dict[str, Any] = {}
-    for name, held_out in (("made_for", False), ("held_out", True)):
-        some = [look for look in looks if look["held_out"] == held_out]
-        pooled = [float(np.sqrt(np.mean([look[fit] ** 2 for look in some]))) for fit in FITS] if some else None
-        change[name] = _pair(*pooled) if pooled else None
-        change[f"worst_{name}"] = max((look["change"] for look in some), default=None)
-    return change
+    made_for, worst_made_for = _pooled([look for look in looks if not look.held_out])
+    held_out, worst_held_out = _pooled([look for look in looks if look.held_out])
+    return Change(made_for=made_for, worst_made_for=worst_made_for, held_out=held_out, worst_held_out=worst_held_out)
 
 
-def _pair(uniform: float, importance: float) -> dict[str, float]:
-    return {"uniform": uniform, "importance": importance, "change": importance / uniform - 1 if uniform else 0.0}
+def _pooled(looks: Sequence[LookErrors]) -> tuple[Pair | None, float | None]:
+    if not looks:
+        return None, None
+    pooled = [float(np.sqrt(np.mean([getattr(look, fit) ** 2 for look in looks]))) for fit in FITS]
+    return _pair(*pooled), max(look.change for look in looks)
+
+
+def _pair(uniform: float, importance: float) -> Pair:
+    return Pair(uniform=uniform, importance=importance, change=importance / uniform - 1 if uniform else 0.0)
 
 
 def _conditions(
-    character: Character, sight: Sight, held_out: Sequence[Look], fit: dict[str, Any], versions: dict[str, str]
-) -> dict[str, Any]:
-    return {
-        **versions,
-        "spp": sight.spp,
-        "sampler": "multijitter",
-        "seed": sight.seed,
-        "judging_seed": sight.seed + JUDGING_SEED,
-        "light_transport": "direct",
-        "skin": sight.material,
-        "resolution": sight.resolution,
-        "views": list(dict.fromkeys(view.name for view, _ in sight.looks)),
-        "held_out_views": list(dict.fromkeys(view.name for view, _ in held_out)),
-        "lights": list(dict.fromkeys(rig for _, rig in sight.looks)),
-        "expressions": "all, without the neutral, which a pack holds exactly",
-        "errors": "image RMSE 0..255, encoded sRGB, over head pixels; root mean square over expressions",
-        "texture_region": "the character's mask" if character.masked else "whole texture",
-        "maps_rendered": rendered_maps(character),
-        **fit,
-    }
+    character: Character,
+    sight: Sight,
+    held_out: Sequence[Look],
+    fit: FitSettings,
+    versions: Versions,
+    found: Sequence[str],
+) -> ImportanceConditions:
+    return ImportanceConditions(
+        **vars(versions),
+        spp=sight.spp,
+        sampler="multijitter",
+        seed=sight.seed,
+        judging_seed=sight.seed + JUDGING_SEED,
+        light_transport="direct",
+        skin=sight.material,
+        resolution=sight.resolution,
+        views=list(dict.fromkeys(view.name for view, _ in sight.looks)),
+        held_out_views=list(dict.fromkeys(view.name for view, _ in held_out)),
+        lights=list(dict.fromkeys(rig for _, rig in sight.looks)),
+        expressions="all, without the neutral, which a pack holds exactly",
+        errors="image RMSE 0..255, encoded sRGB, over head pixels; root mean square over expressions",
+        texture_region="the character's mask" if character.masked else "whole texture",
+        maps_rendered=rendered_maps(character),
+        importance_of="; ".join(found),
+        **vars(fit),
+    )
 
 
 def _words(character: Character, importance: Mapping[Key, NDArray[np.float32]]) -> list[str]:

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from render.importance import Sight, face_means, posed, staged_albedo
 from render.operator import ImageOperator
 from reports.figures import nice_ticks
 from reports.images import BACKDROP, ColourScale, Crop, data_uri, display, to_bytes
+from reports.importance.documents import ImportanceFacts
 
 QUALITY = 90
 # More texels than a page shows.
@@ -32,9 +32,9 @@ class Panel:
     aspect: float
 
 
-def scale_of(importance: Mapping[str, Any]) -> ColourScale:
+def scale_of(importance: ImportanceFacts) -> ColourScale:
     """One scale for the page: from 0 to a round number at or above the 99th percentile; brighter is all above."""
-    return ColourScale(nice_ticks(importance["p99"])[-1])
+    return ColourScale(nice_ticks(importance.p99)[-1])
 
 
 def head_panels(

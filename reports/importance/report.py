@@ -1,32 +1,33 @@
 """The report of ``facezip importance``: findings, heat maps, and the effect look by look."""
 
-import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.maps import ALBEDO, Key
 from facezip.character.scans import Character
+from facezip.documents.document import Data, plain, to_json
 from facezip.files.writing import write_whole
 from render.importance import Sight
 from reports.conditions import condition_rows
 from reports.figures import Series, lying_bars, upright_bars
+from reports.findings import Finding
+from reports.importance.documents import ImportanceDocument
 from reports.importance.pictures import head_panels, scale_of, uv_panels
 from reports.maps import headline, unit
 from reports.metrics import megabytes, number
 from reports.page import write_page
 from reports.tables import Cell, Row, Table
-from reports.validation import strict
 
 PAGE, DATA = "index.html", "importance.json"
 TONES = {"uniform": "rival-2", "importance": "pack-0"}
 
 
 def write_importance_report(
-    document: Mapping[str, Any],
+    document: ImportanceDocument,
     character: Character,
     importance: Mapping[Key, NDArray[np.float32]],
     sight: Sight,
@@ -45,9 +46,10 @@ def write_importance_report(
     FaceZipError
         ``CANNOT_WRITE`` for the output.
     """
-    data = strict({**document, "findings": find(document)})
-    write_whole(folder / DATA, json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False).encode())
-    scale = scale_of(document["importance"])
+    document = replace(document, findings=find(plain(document)))
+    data = plain(document)
+    write_whole(folder / DATA, to_json(document).encode())
+    scale = scale_of(document.importance)
     return write_page(
         folder / PAGE,
         "importance.html",
@@ -66,26 +68,25 @@ def write_importance_report(
     )
 
 
-def find(document: Mapping[str, Any]) -> list[dict[str, str]]:
-    """What the numbers say: ``title`` and ``here`` of every finding."""
+def find(document: Data) -> list[Finding]:
+    """What the numbers say."""
     change, facts = document["change"], document["importance"]
     found = [
-        {
-            "title": "Seen",
-            "here": f"The cameras see {facts['seen_share']:.0%} of the face region in one expression or more; "
+        Finding(
+            title="Seen",
+            here=f"The cameras see {facts['seen_share']:.0%} of the face region in one expression or more; "
             f"every other texel counts {facts['floor']:g} of the mean.",
-        },
-        *([{"title": "Maps", "here": _maps(document)}] if len(document["character"]["maps"]) > 1 else []),
-        {"title": "The views it was made for", "here": _sentence(change["made_for"], change["worst_made_for"])},
+        ),
+        *([Finding(title="Maps", here=_maps(document))] if len(document["character"]["maps"]) > 1 else []),
+        Finding(title="The views it was made for", here=_sentence(change["made_for"], change["worst_made_for"])),
     ]
     if change["held_out"]:
-        found.append(
-            {"title": "Views that it knows nothing of", "here": _sentence(change["held_out"], change["worst_held_out"])}
-        )
+        here = _sentence(change["held_out"], change["worst_held_out"])
+        found.append(Finding(title="Views that it knows nothing of", here=here))
     return found
 
 
-def _maps(document: Mapping[str, Any]) -> str:
+def _maps(document: Data) -> str:
     """How much maps count beside each other."""
     counts = {name: count for name, count in document["importance"]["counts"].items() if name != ALBEDO}
     shown = ", ".join(f"{name} {number(count, 3)}" for name, count in counts.items())
@@ -102,7 +103,7 @@ def _sentence(pair: Mapping[str, float], worst: float) -> str:
     )
 
 
-def error_series(looks: list[dict[str, Any]]) -> list[Series]:
+def error_series(looks: Sequence[Data]) -> list[Series]:
     """Image RMSE of every look, a bar for each fit."""
     names = [_name(look) for look in looks]
     return [
@@ -112,7 +113,7 @@ def error_series(looks: list[dict[str, Any]]) -> list[Series]:
     ]
 
 
-def looks_table(looks: list[dict[str, Any]]) -> Table:
+def looks_table(looks: Sequence[Data]) -> Table:
     """The same as numbers, with the change."""
     rows = [
         Row(
@@ -130,7 +131,7 @@ def looks_table(looks: list[dict[str, Any]]) -> Table:
     return Table(caption, "Look", ("Uniform", "With importance", "Change"), tuple(rows))
 
 
-def fits_table(document: Mapping[str, Any]) -> Table:
+def fits_table(document: Data) -> Table:
     """What both fits cost, and the error of each map: it rises where nobody looks."""
     maps = document["fits"][0]["map_errors"]
     rows = [
@@ -149,7 +150,7 @@ def fits_table(document: Mapping[str, Any]) -> Table:
     return Table("The two fits: the same format and bytes.", "Fit", columns, tuple(rows))
 
 
-def _name(look: Mapping[str, Any]) -> str:
+def _name(look: Data) -> str:
     view = look["view"].replace("three_quarter", "¾").replace("_", " ")
     return f"{view} · {look['light']}"
 

@@ -1,25 +1,31 @@
 """The page of ``facezip layers``: which layer does what in which expression."""
 
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.documents.document import to_json
 from facezip.files.writing import write_whole
+from facezip.pack.facts import PackFacts
 from facezip.pack.model import CompressedTextures
 from reports.conditions import words
 from reports.images import data_uri, to_bytes
+from reports.layers.documents import (
+    ExpressionLevel,
+    ExpressionLevels,
+    LayerFacts,
+    LayersDocument,
+    MaskLevels,
+    RegionShare,
+)
 from reports.layers.measure import Uses, measure_uses
 from reports.layers.pictures import AMPLIFIED, LARGE, Pictures, signed, signed_gradient
 from reports.page import write_page
-from reports.validation import strict
 
 PAGE, DATA = "index.html", "layers.json"
-FORMAT = "facezip-layers/1"
 # Expressions named with a mask, lines listed beside a layer.
 NAMED, LISTED = 2, 6
 
@@ -76,31 +82,19 @@ class Activations:
     picture: str
 
 
-def describe(model: CompressedTextures, name: str) -> dict[str, Any]:
-    """What the page says, as data: layers, expressions and masks, sorted, with their numbers.
-
-    Returns
-    -------
-    ``layers``, the strongest first: ``layer``, its ``name``, ``level`` (root mean square of its part of an expression,
-    of 255, over all expressions), ``regions`` and ``expressions`` with their numbers. ``expressions``, by the layer
-    that makes most of each: ``name``, ``levels`` in the order of ``layers``. ``masks``, those that do most first:
-    ``name``, ``region``, ``level``, ``expressions``.
-    """
+def describe(model: CompressedTextures, name: str) -> LayersDocument:
+    """What the page says: layers, expressions and masks, sorted, with their numbers."""
     uses = measure_uses(model)
     levels = uses.levels
     order = np.argsort(-np.square(levels).sum(axis=0), kind="stable")
     layers = [_layer(uses, levels, int(i), model.expressions) for i in order]
     main = np.argmax(levels[:, order], axis=1)
     lines = sorted(range(len(main)), key=lambda n: (main[n], -levels[n, order[main[n]]]))
-    rows = [{"name": model.expressions[n], "levels": levels[n, order]} for n in lines]
-    found = {"format": FORMAT, "name": name, "layers": layers, "expressions": rows, "masks": _masks(model, uses)}
-    document: dict[str, Any] = strict(found)
-    return document
+    rows = [ExpressionLevels(name=model.expressions[n], levels=levels[n, order].tolist()) for n in lines]
+    return LayersDocument(name=name, layers=layers, expressions=rows, masks=_masks(model, uses))
 
 
-def describe_and_write(
-    model: CompressedTextures, facts: Mapping[str, Any], command: str, folder: Path
-) -> dict[str, Any]:
+def describe_and_write(model: CompressedTextures, facts: PackFacts, command: str, folder: Path) -> LayersDocument:
     """Write ``layers.json`` and the page ``index.html`` with the same numbers; returns what :func:`describe` does.
 
     Parameters
@@ -114,18 +108,18 @@ def describe_and_write(
     FaceZipError
         ``CANNOT_WRITE``.
     """
-    document, pictures = describe(model, facts["name"]), Pictures(model)
-    write_whole(folder / DATA, json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False).encode())
+    document, pictures = describe(model, facts.name), Pictures(model)
+    write_whole(folder / DATA, to_json(document).encode())
     write_page(
         folder / PAGE,
         "layers.html",
         document=document,
         data_name=DATA,
-        title=f"{facts['name']} – layers, by FaceZip",
+        title=f"{facts.name} – layers, by FaceZip",
         facts=facts,
         amplified=AMPLIFIED,
-        layers=[_pictured(model, pictures, layer) for layer in document["layers"]],
-        lines=[_line(pictures, document, row) for row in document["expressions"]],
+        layers=[_pictured(model, pictures, layer) for layer in document.layers],
+        lines=[_line(pictures, document, row) for row in document.expressions],
         masks=_pictured_masks(model, pictures, document),
         activations=_activations(model, document),
         gradient=signed_gradient(),
@@ -135,30 +129,30 @@ def describe_and_write(
     return document
 
 
-def _made(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
-    height, width = facts["resolution"]
-    scale = f"1/{facts['weight_scale']} as wide" if facts["weight_scale"] else "one number each"
+def _made(facts: PackFacts) -> list[tuple[str, str]]:
+    height, width = facts.resolution
+    scale = f"1/{facts.weight_scale} as wide" if facts.weight_scale else "one number each"
     return [
-        ("Pack", f"{len(facts['expressions'])} expressions, {facts['differences']} layers, {width} × {height}"),
-        ("Maps", ", ".join(kind["name"] for kind in facts["maps"])),
+        ("Pack", f"{len(facts.expressions)} expressions, {facts.differences} layers, {width} × {height}"),
+        ("Maps", ", ".join(kind.name for kind in facts.maps)),
         ("Weight maps", scale),
-        *((key.replace("_", " ").capitalize(), words(value)) for key, value in facts["made_with"].items()),
+        *((key.replace("_", " ").capitalize(), words(value)) for key, value in facts.made_with.items()),
     ]
 
 
-def _layer(uses: Uses, levels: NDArray[np.float64], i: int, expressions: Sequence[str]) -> dict[str, Any]:
+def _layer(uses: Uses, levels: NDArray[np.float64], i: int, expressions: Sequence[str]) -> LayerFacts:
     regions = uses.regions_of(uses.squares[:, i].sum(axis=0))
     strongest = np.argsort(-levels[:, i], kind="stable")
-    return {
-        "layer": i,
-        "name": uses.name_of(i),
-        "level": float(np.sqrt(np.square(levels[:, i]).mean())),
-        "regions": [{"name": name, "share": share} for name, share in regions],
-        "expressions": [{"name": expressions[n], "level": levels[n, i]} for n in strongest],
-    }
+    return LayerFacts(
+        layer=i,
+        name=uses.name_of(i),
+        level=float(np.sqrt(np.square(levels[:, i]).mean())),
+        regions=[RegionShare(name=name, share=share) for name, share in regions],
+        expressions=[ExpressionLevel(name=expressions[n], level=float(levels[n, i])) for n in strongest],
+    )
 
 
-def _masks(model: CompressedTextures, uses: Uses) -> list[dict[str, Any]]:
+def _masks(model: CompressedTextures, uses: Uses) -> list[MaskLevels]:
     if model.masked is None:
         return []
     activations = np.square(model.masked.activations.astype(np.float64))
@@ -170,27 +164,27 @@ def _masks(model: CompressedTextures, uses: Uses) -> list[dict[str, Any]]:
         order = [n for n in np.argsort(-each[:, k], kind="stable") if each[n, k] > 0]
         regions = uses.regions_of(uses.masks[k].sum(axis=0))
         found.append(
-            {
-                "mask": int(k),
-                "name": model.masked.names[k],
-                "region": regions[0][0] if regions else "",
-                "level": total[k],
-                "expressions": [{"name": model.expressions[n], "level": each[n, k]} for n in order],
-            }
+            MaskLevels(
+                mask=int(k),
+                name=model.masked.names[k],
+                region=regions[0][0] if regions else "",
+                level=float(total[k]),
+                expressions=[ExpressionLevel(name=model.expressions[n], level=float(each[n, k])) for n in order],
+            )
         )
     return found
 
 
-def _pictured(model: CompressedTextures, pictures: Pictures, layer: Mapping[str, Any]) -> Layer:
-    index, strongest = layer["layer"], layer["expressions"][0]["name"]
-    regions, expressions = layer["regions"][:LISTED], layer["expressions"][:LISTED]
-    most = max(expressions[0]["level"], 1e-12)
+def _pictured(model: CompressedTextures, pictures: Pictures, layer: LayerFacts) -> Layer:
+    index, strongest = layer.layer, layer.expressions[0].name
+    regions, expressions = layer.regions[:LISTED], layer.expressions[:LISTED]
+    most = max(expressions[0].level, 1e-12)
     return Layer(
         index=index,
-        title=layer["name"],
+        title=layer.name,
         strongest=strongest,
-        expressions=tuple(Share(e["name"], f"{e['level']:.2f}", e["level"] / most) for e in expressions),
-        regions=tuple(Share(r["name"], f"{r['share']:.0%}", r["share"] / regions[0]["share"]) for r in regions),
+        expressions=tuple(Share(e.name, f"{e.level:.2f}", e.level / most) for e in expressions),
+        regions=tuple(Share(r.name, f"{r.share:.0%}", r.share / regions[0].share) for r in regions),
         textures=tuple((kind.name, pictures.texture(kind, index)) for kind in model.maps),
         weights=pictures.weights(strongest, index, LARGE),
         alone=pictures.alone(strongest, index),
@@ -198,38 +192,38 @@ def _pictured(model: CompressedTextures, pictures: Pictures, layer: Mapping[str,
     )
 
 
-def _line(pictures: Pictures, document: Mapping[str, Any], row: Mapping[str, Any]) -> Line:
-    most = max(max(other["levels"]) for other in document["expressions"]) or 1
+def _line(pictures: Pictures, document: LayersDocument, row: ExpressionLevels) -> Line:
+    most = max(max(other.levels) for other in document.expressions) or 1
     cells = tuple(
-        (pictures.weights(row["name"], layer["layer"]), f"{level:.2f}", level / most)
-        for layer, level in zip(document["layers"], row["levels"], strict=True)
+        (pictures.weights(row.name, layer.layer), f"{level:.2f}", level / most)
+        for layer, level in zip(document.layers, row.levels, strict=True)
     )
-    return Line(row["name"], row["levels"].index(max(row["levels"])), cells)
+    return Line(row.name, row.levels.index(max(row.levels)), cells)
 
 
-def _pictured_masks(model: CompressedTextures, pictures: Pictures, document: Mapping[str, Any]) -> list[Mask]:
+def _pictured_masks(model: CompressedTextures, pictures: Pictures, document: LayersDocument) -> list[Mask]:
     return [
         Mask(
-            mask["name"],
-            mask["region"],
-            ", ".join(expression["name"] for expression in mask["expressions"][:NAMED]),
-            pictures.mask(mask["mask"]),
+            mask.name,
+            mask.region,
+            ", ".join(expression.name for expression in mask.expressions[:NAMED]),
+            pictures.mask(mask.mask),
         )
-        for mask in document["masks"]
+        for mask in document.masks
     ]
 
 
-def _activations(model: CompressedTextures, document: Mapping[str, Any]) -> list[Activations]:
+def _activations(model: CompressedTextures, document: LayersDocument) -> list[Activations]:
     """Masks down, expressions across, in the orders of the page; the largest of a layer at the ends of the colours."""
     if model.masked is None:
         return []
-    masks = [mask["mask"] for mask in document["masks"]]
-    columns = [model.expressions.index(row["name"]) for row in document["expressions"]]
+    masks = [mask.mask for mask in document.masks]
+    columns = [model.expressions.index(row.name) for row in document.expressions]
     values = model.masked.activations.astype(np.float32)[columns][:, masks]
     found = []
-    for layer in document["layers"]:
-        one = values[:, :, layer["layer"]].T
+    for layer in document.layers:
+        one = values[:, :, layer.layer].T
         scaled = one / max(float(np.abs(one).max()), 1e-12)
         picture = data_uri(to_bytes(signed(scaled.astype(np.float32))))
-        found.append(Activations(layer["layer"], layer["name"], picture))
+        found.append(Activations(layer.layer, layer.name, picture))
     return found

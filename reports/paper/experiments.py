@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,15 +14,16 @@ from facezip.fit.paper.certificate import certify
 from facezip.fit.paper.stitching import Stitching, search, unpermuted
 from facezip.pack.errors import mean_rmse
 from facezip.pack.footprint import Footprint
+from reports.paper.documents import ConvergenceFigure, ErrorFigure, TableRow
 from reports.paper.published import EXPRESSIONS_IN_MEMORY
 from reports.paper.steps import Clock, Fragments, make_fragments, stored_errors
 
 WEIGHT_SCALE = 8
 MASK_COUNTS = (5, 13, 23, 33, 43, 53, 63, 83, 103)
-WHOLE: dict[str, dict[str, Any]] = {
-    "refined": {"method": "refined", "differences": 4, "weight_scale": WEIGHT_SCALE},
-    "pca_4": {"method": "pca", "differences": 4},
-    "pca_8": {"method": "pca", "differences": 8},
+WHOLE = {
+    "refined": partial(compress, method="refined", differences=4, weight_scale=WEIGHT_SCALE),
+    "pca_4": partial(compress, method="pca", differences=4),
+    "pca_8": partial(compress, method="pca", differences=8),
 }
 
 
@@ -64,7 +65,7 @@ class Trial:
     stitchings: dict[str, Stitching]
     search_seconds: dict[str, float]
     seconds: dict[str, float]
-    errors: dict[str, dict[str, float]]
+    errors: Mapping[str, Mapping[str, float]]
     footprints: dict[str, Footprint]
 
     @property
@@ -95,14 +96,14 @@ def run_trial(character: Character, settings: Settings) -> Trial:
     with clock.step("factorisation"):
         model = fragments.stitched(stitchings["paper"], WEIGHT_SCALE)
     errors, footprints = {"paper": stored_errors(character, model)}, {"paper": model.footprint}
-    for name, options in WHOLE.items():
+    for name, fit in WHOLE.items():
         with clock.step(name):
-            model = compress(character, **options)
+            model = fit(character)
         errors[name], footprints[name] = stored_errors(character, model), model.footprint
     return Trial(fragments, stitchings, search_seconds, {**fragments.seconds, **clock.seconds}, errors, footprints)
 
 
-def table_1(trial: Trial) -> dict[str, Any]:
+def table_1(trial: Trial) -> TableRow:
     """One row: seconds of every step and method, bytes of GPU memory, fetches a pixel, mean RMSE."""
     seconds = trial.seconds
     steps = {
@@ -111,20 +112,20 @@ def table_1(trial: Trial) -> dict[str, Any]:
         "stitching": seconds["table"] + trial.search_seconds["paper"],
         "factorisation": seconds["factorisation"],
     }
-    return {
-        "resolution": list(trial.character.first.resolution),
-        "expressions": len(trial.character.expressions),
-        "seconds": {
+    return TableRow(
+        resolution=trial.character.first.resolution,
+        expressions=len(trial.character.expressions),
+        seconds={
             **steps,
             "paper": sum(steps.values()),
             "stitching_optimised": seconds["table"] + trial.search_seconds["paper_optimised"],
             **{name: seconds[name] for name in WHOLE},
         },
-        "bytes_on_gpu": _bytes(trial.footprints, len(trial.character.expressions)),
-        "bytes_on_gpu_of_51": _bytes(trial.footprints, EXPRESSIONS_IN_MEMORY),
-        "fetches": {name: footprint.fetches for name, footprint in trial.footprints.items()},
-        "rmse": {name: mean_rmse(errors) for name, errors in trial.errors.items()},
-    }
+        bytes_on_gpu=_bytes(trial.footprints, len(trial.character.expressions)),
+        bytes_on_gpu_of_51=_bytes(trial.footprints, EXPRESSIONS_IN_MEMORY),
+        fetches={name: footprint.fetches for name, footprint in trial.footprints.items()},
+        rmse={name: mean_rmse(errors) for name, errors in trial.errors.items()},
+    )
 
 
 def _bytes(footprints: Mapping[str, Footprint], expressions: int) -> dict[str, int]:
@@ -132,30 +133,31 @@ def _bytes(footprints: Mapping[str, Footprint], expressions: int) -> dict[str, i
     return {"raw": costs["paper"].bytes_raw, **{name: cost.bytes_on_gpu for name, cost in costs.items()}}
 
 
-def figure_6(trial: Trial) -> dict[str, Any]:
+def figure_6(trial: Trial) -> ErrorFigure:
     """RMSE of every expression and method; the stitchings share masks and clusters."""
     errors = dict(trial.errors)
     for name, stitching in trial.stitchings.items():
         if name not in errors:
             errors[name] = stored_errors(trial.character, trial.fragments.stitched(stitching, WEIGHT_SCALE))
-    return {
-        "resolution": list(trial.character.first.resolution),
-        "rmse": {name: mean_rmse(one) for name, one in errors.items()},
-        "rmse_per_expression": errors,
-    }
+    return ErrorFigure(
+        resolution=trial.character.first.resolution,
+        rmse={name: mean_rmse(one) for name, one in errors.items()},
+        rmse_per_expression=errors,
+    )
 
 
-def figure_7_convergence(trial: Trial) -> dict[str, Any]:
+def figure_7_convergence(trial: Trial) -> ConvergenceFigure:
     """Cost of equation (3) from every random start, sweep by sweep; what every search ends with; a lower bound."""
     clock = Clock()
     with clock.step("lower_bound"):
         bound = certify(trial.fragments.table, trial.stitchings["paper_optimised"]).lower_bound
-    return {
-        "resolution": list(trial.character.first.resolution),
-        "masks": trial.fragments.mask_count,
-        "history": trial.stitchings["paper"].history.tolist(),
-        "cost": {name: stitching.cost for name, stitching in trial.stitchings.items()},
-        "seconds": {**trial.search_seconds, **clock.seconds},
-        "lower_bound": bound,
-        "gap": {name: replace(stitching, lower_bound=bound).gap for name, stitching in trial.stitchings.items()},
-    }
+    certified = {name: replace(stitching, lower_bound=bound) for name, stitching in trial.stitchings.items()}
+    return ConvergenceFigure(
+        resolution=trial.character.first.resolution,
+        masks=trial.fragments.mask_count,
+        history=trial.stitchings["paper"].history.tolist(),
+        cost={name: stitching.cost for name, stitching in trial.stitchings.items()},
+        seconds={**trial.search_seconds, **clock.seconds},
+        lower_bound=bound,
+        gap={name: stitching.gap for name, stitching in certified.items()},
+    )

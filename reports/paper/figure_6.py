@@ -1,8 +1,8 @@
 """Figure 6: the error of every expression and method, as marks on one scale and as numbers."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
+from facezip.documents.document import Data
 from reports.metrics import number
 from reports.paper.methods import METHODS, Method
 from reports.plots import Axis, Label, Mark, Plot, Point, dot, line
@@ -10,7 +10,7 @@ from reports.tables import Cell, Row, Table
 
 RMSE = "RMSE, of 255"
 LONGEST_NAME, LONGEST_LYING = 18, 44
-Figure = Mapping[str, Any]
+Figure = Data
 
 
 def methods_of(figure: Figure) -> list[Method]:

@@ -1,10 +1,10 @@
 """Figure 7, left: how the cost of the stitching falls from random starts, and where it ends."""
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from facezip.documents.document import Data
 from reports.metrics import number
 from reports.paper.methods import METHODS
 from reports.plots import Axis, Label, Mark, Plot, Point, dashed, dot, line
@@ -15,7 +15,7 @@ PAPER, OURS = METHODS["paper"].tone, METHODS["paper_optimised"].tone
 TOP, BOTTOM, LEFT = 36.0, 330.0, 52.0
 MARGIN = 146
 GAP = 7.0
-Figure = Mapping[str, Any]
+Figure = Data
 Level = tuple[str, float, str, Callable[[Sequence[Point], str], Mark]]
 
 

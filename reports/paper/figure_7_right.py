@@ -1,10 +1,8 @@
 """Figure 7, right: the error against the number of masks, as box plots over random starts."""
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
+from facezip.documents.document import Data
 from reports.metrics import number
 from reports.paper.methods import METHODS, Method
 from reports.plots import Axis, Label, Mark, Plot, bar, dot, line
@@ -14,7 +12,7 @@ RMSE, MASKS = "RMSE, of 255", "Number of masks"
 CHOOSERS = ("paper_optimised", "paper")
 PAPER = METHODS["paper"].tone
 TOP, BOTTOM, LEFT = 36.0, 330.0, 52.0
-Figure = Mapping[str, Any]
+Figure = Data
 
 
 def choosers(figure: Figure) -> list[Method]:

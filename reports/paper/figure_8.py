@@ -1,8 +1,6 @@
 """Figure 8: textures of generated shapes, by the naive sum of differences, by the paper and by ours."""
 
-from collections.abc import Mapping
-from typing import Any
-
+from facezip.documents.document import Data
 from reports.metrics import number
 from reports.paper import figure_6
 from reports.paper.methods import METHODS
@@ -10,10 +8,10 @@ from reports.paper.table_1 import size
 from reports.sections import Section, Strip
 
 ANCHOR, SHORT, TITLE = "figure-8", "Figure 8", "Figure 8: textures of generated shapes"
-Figure = Mapping[str, Any]
+Figure = Data
 
 
-def section(document: Mapping[str, Any]) -> Section:
+def section(document: Data) -> Section:
     """The section of the page; words alone where there was no template."""
     figure = document.get("figure_8")
     if figure is None:

@@ -1,16 +1,16 @@
 """Where these measurements agree with what the paper states, and where they do not: words made of the numbers alone."""
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 from scipy.stats import spearmanr
 
+from facezip.documents.document import Data
+from reports.findings import Finding, Stance
 from reports.metrics import number
 
-Document = Mapping[str, Any]
-Finding = dict[str, Any]
-AGREES, DIFFERS, BEYOND = "agrees", "differs", "beyond"
+Document = Data
+AGREES: Stance = "agrees"
+DIFFERS: Stance = "differs"
+BEYOND: Stance = "beyond"
 # A start has converged when a sweep lowers its cost by less than this share.
 STILL = 1e-3
 # A gap between cost and lower bound that is rounding alone.
@@ -18,10 +18,7 @@ CLOSED = 1e-6
 
 
 def find(document: Document) -> list[Finding]:
-    """Every finding: ``key``, ``title``, the paper's ``claim``, what is measured ``here``, and the ``stance``.
-
-    The stance is ``agrees`` or ``differs`` where the paper makes the claim, ``beyond`` where it makes none.
-    """
+    """Every finding of a document of :func:`reports.paper.reproduction.reproduce`."""
     makers = (
         _against_pca, _permutation, _without, _refined, _sweeps, _search, _optimised, _masks, _cost_and_error,
         _memory, _time,
@@ -31,7 +28,7 @@ def find(document: Document) -> list[Finding]:
 
 def _finding(key: str, title: str, claim: str, here: str, agrees: bool | None = None) -> Finding:
     stance = BEYOND if agrees is None else AGREES if agrees else DIFFERS
-    return {"key": key, "title": title, "claim": claim, "here": here, "stance": stance}
+    return Finding(key=key, title=title, claim=claim, here=here, stance=stance)
 
 
 def _against_pca(document: Document) -> Finding:
@@ -211,7 +208,7 @@ def _time(document: Document) -> Finding:
     return _finding("time", "Where the time goes", claim, here, dearest == "stitching")
 
 
-def _reference(document: Document) -> Mapping[str, Any]:
+def _reference(document: Document) -> Data:
     """The row of Table 1 at the size of the figures."""
     size = document["figure_6"]["resolution"]
     return next(row for row in document["table_1"] if row["resolution"] == size)

@@ -13,6 +13,7 @@ from scipy.stats import t as student
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
 from facezip.cleaning.steps import clean
+from facezip.documents.document import from_plain, plain
 from facezip.files.images import to_float
 from facezip.fit.methods import compress
 from facezip.machine.progress import track
@@ -23,6 +24,7 @@ from facezip.rigging.originals import Originals
 from facezip.rigging.rigged import rigged
 from facezip.rigging.template import Template
 from facezip.rigging.weightmaps import Examples
+from reports.paper.documents import GeometryErrors, RigBench, RigIntervals, RigNumbers, ShapeErrors, ShapesFigure
 from reports.paper.strips import strips
 from scenes.character import Person, make_character
 from scenes.face.shapes import ARKIT_SHAPES
@@ -60,43 +62,49 @@ class Generated:
     seconds: dict[str, float]
 
 
-def bench_rig(resolution: int, seed: int, template_seed: int, seeds: int = 1) -> dict[str, Any]:
-    """The document of ``facezip bench rig``: mean errors of every method with nuisances, and ``clean`` without.
+def bench_rig(resolution: int, seed: int, template_seed: int, seeds: int = 1) -> RigBench:
+    """What ``facezip bench rig`` measures: mean errors of every method with nuisances, and ``clean`` without.
 
     With several ``seeds``, persons and templates are those from ``seed`` and ``template_seed`` on: numbers are means,
     ``intervals`` half the width of their 95 % intervals (Student's), and ``per_seed`` holds each document.
     """
     found = [_bench_one(resolution, seed + n, template_seed + n) for n in range(seeds)]
-    return found[0] if seeds == 1 else {**_mean(found), "intervals": _intervals(found), "per_seed": found}
+    if seeds == 1:
+        return RigBench(**vars(found[0]))
+    numbers = [plain(one) for one in found]
+    mean, spread = from_plain(_mean(numbers), RigNumbers), from_plain(_intervals(numbers), RigIntervals)
+    return RigBench(**vars(mean), intervals=spread, per_seed=found)
 
 
-def _bench_one(resolution: int, seed: int, template_seed: int) -> dict[str, Any]:
+def _bench_one(resolution: int, seed: int, template_seed: int) -> RigNumbers:
     person = Person.make(resolution, seed)
     template = embedded_template(template_seed)
     captured = generate(make_character(resolution, seed=seed), template, seed)
     rig = captured.rig
-    return {
-        **_errors(captured, person),
-        "shapes": len(ARKIT_SHAPES),
-        "clean": _errors(generate(make_character(resolution, seed=seed, nuisances=0), template, seed, rig), person),
-        "geometry": geometry_errors(rig, person.deltas),
-        "condition": Examples.of(rig.weights).condition,
-        "seconds": captured.seconds,
-    }
+    clean_scans = make_character(resolution, seed=seed, nuisances=0)
+    return RigNumbers(
+        **vars(_errors(captured, person)),
+        shapes=len(ARKIT_SHAPES),
+        clean=_errors(generate(clean_scans, template, seed, rig), person),
+        geometry=geometry_errors(rig, person.deltas),
+        condition=Examples.of(rig.weights).condition,
+        seconds=captured.seconds,
+    )
 
 
-def _errors(generated: Generated, person: Person) -> dict[str, Any]:
+def _errors(generated: Generated, person: Person) -> ShapeErrors:
     textures = {**generated.textures, "neutral": neutral_of(generated.scans), "cleaned": neutral_of(generated.cleaned)}
     errors = texture_errors(replace(generated, textures=textures), lambda shape, _: person.texture({shape: 1.0}))
     ratios = [errors["ours"][shape] / errors["neutral"][shape] for shape in generated.shapes]
-    return {
-        **mean_errors(errors),
-        "ours_to_neutral": mean_errors(errors)["ours"] / mean_errors(errors)["neutral"],
-        "worse_than_neutral": sum(ratio > 1 for ratio in ratios),
-        "worst_ratio": max(ratios),
-        "damping": generated.damping,
-        "rmse_per_shape": errors,
-    }
+    means = mean_errors(errors)
+    return ShapeErrors(
+        **{name: means[name] for name in ("naive", "paper", "ours", "neutral", "cleaned")},
+        ours_to_neutral=means["ours"] / means["neutral"],
+        worse_than_neutral=sum(ratio > 1 for ratio in ratios),
+        worst_ratio=max(ratios),
+        damping=generated.damping,
+        rmse_per_shape=errors,
+    )
 
 
 def _mean(found: Sequence[Any]) -> Any:
@@ -114,28 +122,31 @@ def _intervals(found: Sequence[Any]) -> Any:
     return float(student.ppf(0.975, len(found) - 1) * np.std(found, ddof=1) / np.sqrt(len(found)))
 
 
-def figure_8(scans: Character, template: Template, seed: int, truth: Textures | None) -> dict[str, Any]:
+def figure_8(scans: Character, template: Template, seed: int, truth: Textures | None) -> ShapesFigure:
     """Albedos of a template's shapes made in three ways, in pictures, and their errors where the truth is known.
 
     Pictures are data URIs of the shapes that change the skin most, one of each left and right pair.
     """
     made, neutral = generate(scans, template, seed), neutral_of(scans)
     textures = {**made.textures, "neutral": neutral}
-    figure: dict[str, Any] = {
-        "resolution": list(scans.first.resolution),
-        "condition": Examples.of(made.rig.weights).condition,
-        "damping": made.damping,
-        "unseen": [shape for shape, seen in zip(made.shapes, made.rig.seen, strict=True) if not seen],
-    }
+    errors = None
     if truth is not None:
         errors = texture_errors(replace(made, textures=textures), truth)
-        figure |= {"rmse": mean_errors(errors), "rmse_per_expression": errors}
         changes = errors["neutral"]
     else:
         ours = made.textures["ours"]
         changes = {shape: _rmse(scans, partial(ours, shape), partial(neutral, shape)) for shape in made.shapes}
     columns = {**({"truth": truth} if truth else {}), **made.textures}
-    return figure | {"columns": list(columns), "pictures": strips(scans, columns, _telling(changes))}
+    return ShapesFigure(
+        resolution=scans.first.resolution,
+        condition=Examples.of(made.rig.weights).condition,
+        damping=made.damping,
+        unseen=[shape for shape, seen in zip(made.shapes, made.rig.seen, strict=True) if not seen],
+        columns=list(columns),
+        pictures=strips(scans, columns, _telling(changes)),
+        rmse=mean_errors(errors) if errors else None,
+        rmse_per_expression=errors,
+    )
 
 
 def _telling(changes: Mapping[str, float]) -> list[str]:
@@ -192,11 +203,14 @@ def texture_errors(generated: Generated, truth: Textures) -> dict[str, dict[str,
     return errors
 
 
-def geometry_errors(rig: Rig, true: NDArray[np.float32]) -> dict[str, float]:
+def geometry_errors(rig: Rig, true: NDArray[np.float32]) -> GeometryErrors:
     """Mean vertex error over mean true displacement ``(M, V, 3)``, of the transferred and of the generated shapes."""
     size = np.linalg.norm(true, axis=2).mean()
-    shapes = {"transferred": rig.transferred, "ours": rig.deltas}
-    return {name: float(np.linalg.norm(found - true, axis=2).mean() / size) for name, found in shapes.items()}
+
+    def error(found: NDArray[np.float32]) -> float:
+        return float(np.linalg.norm(found - true, axis=2).mean() / size)
+
+    return GeometryErrors(transferred=error(rig.transferred), ours=error(rig.deltas))
 
 
 def mean_errors(errors: Mapping[str, Mapping[str, float]]) -> dict[str, float]:

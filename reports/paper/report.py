@@ -1,23 +1,22 @@
 """The report of ``facezip paper``: findings first, then the paper's table and figures, every number in its JSON."""
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from reports.experiments import write_experiments
+from reports.paper.documents import PaperDocument
 from reports.paper.findings import AGREES, BEYOND, DIFFERS
 from reports.paper.sections import sections
 
 DATA = "paper.json"
-STANCES = {AGREES: "as in the paper", DIFFERS: "differs from the paper", BEYOND: "beyond the paper"}
+STANCES: dict[str, str] = {AGREES: "as in the paper", DIFFERS: "differs from the paper", BEYOND: "beyond the paper"}
 
 
-def write_paper_report(document: Mapping[str, Any], folder: Path) -> Path:
+def write_paper_report(document: PaperDocument, folder: Path) -> Path:
     """Write ``paper.json`` and the page ``index.html`` that shows the same numbers.
 
     Parameters
     ----------
-    document : what :func:`reports.paper.reproduction.reproduce` returned (``facezip-paper/1``); optional ``command``.
+    document : what :func:`reports.paper.reproduction.reproduce` returned; optional ``command``.
     folder : where both files go, each whole or not at all.
 
     Returns
@@ -35,6 +34,6 @@ def write_paper_report(document: Mapping[str, Any], folder: Path) -> Path:
         document,
         sections,
         kicker="“FaceZip: Automatic Texture Compression for Facial Blendshapes”, reproduced on",
-        title=f"{document['character']['name']} – the paper, reproduced by FaceZip",
+        title=f"{document.character.name} – the paper, reproduced by FaceZip",
         stances=STANCES,
     )

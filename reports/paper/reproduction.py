@@ -1,14 +1,24 @@
 """All experiments in turn, each on what the others have made already, as one document."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import asdict
+from dataclasses import replace
 from time import perf_counter
-from typing import Any
 
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
+from facezip.documents.document import plain
 from facezip.machine.conditions import conditions
 from facezip.machine.progress import track
+from reports.paper.documents import (
+    MasksFigure,
+    PaperConditions,
+    PaperDocument,
+    PaperSeconds,
+    PublishedFacts,
+    PublishedRow,
+    ShapesFigure,
+    TableRow,
+)
 from reports.paper.experiments import (
     WEIGHT_SCALE,
     Settings,
@@ -23,7 +33,6 @@ from reports.paper.mask_counts import figure_7_masks
 from reports.paper.published import EXPRESSIONS, EXPRESSIONS_IN_MEMORY, MACHINE, TABLE_1
 from reports.paper.sizes import reduced
 
-FORMAT = "facezip-paper/1"
 # Figure 7, right, compresses hundreds of times; warming up, once for nothing but compiled kernels.
 MASK_TEXELS, WARM_TEXELS = 512, 64
 LIBRARIES = ("facezip", "numpy", "numba", "scikit-learn", "scipy")
@@ -34,8 +43,8 @@ def reproduce(
     count: int,
     settings: Settings,
     origin: str,
-    generated: Callable[[Character], dict[str, Any]] | None = None,
-) -> dict[str, Any]:
+    generated: Callable[[Character], ShapesFigure] | None = None,
+) -> PaperDocument:
     """The paper's Table 1 and Figures 6, 7 and 8 on the albedo of all tiles, with our methods beside its own.
 
     Parameters
@@ -46,10 +55,6 @@ def reproduce(
     origin : where the sizes come from, in words.
     generated : measures Figure 8 on the first of them; None where there are no shapes to generate.
 
-    Returns
-    -------
-    Plain data (``facezip-paper/1``): ``table_1``, ``figure_6``, ``figure_7_convergence``, ``figure_7_masks``,
-    ``figure_8``, ``findings``, ``conditions``, ``character``, ``published``, ``seconds``.
     """
     begin = perf_counter()
     rows, reference = [], None
@@ -62,53 +67,53 @@ def reproduce(
         reference = reference or trial
     if reference is None:
         raise ValueError("no character to measure")
-    document: dict[str, Any] = {
-        "format": FORMAT,
-        "character": reference.character.facts,
-        "conditions": _conditions(reference.character, settings, origin),
-        "published": _published(),
-        "table_1": sorted(rows, key=lambda row: row["resolution"]),
-        "figure_6": figure_6(reference),
-        "figure_7_convergence": figure_7_convergence(reference),
-        "figure_7_masks": _masks(reference, rows, settings),
-        "figure_8": generated(reference.character) if generated else None,
-    }
-    return document | {"findings": find(document), "seconds": {"total": round(perf_counter() - begin, 2)}}
+    document = PaperDocument(
+        character=reference.character.facts,
+        conditions=_conditions(reference.character, settings, origin),
+        published=_published(),
+        table_1=sorted(rows, key=lambda row: row.resolution),
+        figure_6=figure_6(reference),
+        figure_7_convergence=figure_7_convergence(reference),
+        figure_7_masks=_masks(reference, rows, settings),
+        figure_8=generated(reference.character) if generated else None,
+        seconds=PaperSeconds(total=round(perf_counter() - begin, 2)),
+    )
+    return replace(document, findings=find(plain(document)))
 
 
 def _albedo(character: Character) -> Character:
     return character.only(ALBEDO)
 
 
-def _masks(reference: Trial, rows: list[dict[str, Any]], settings: Settings) -> dict[str, Any]:
+def _masks(reference: Trial, rows: list[TableRow], settings: Settings) -> MasksFigure:
     """The mask experiment at no more than 512 texels, beside what does not depend on masks at that size."""
     character = reduced(reference.character, MASK_TEXELS)
     shared = reference if character is reference.character else None
-    row = next((row for row in rows if row["resolution"] == list(character.first.resolution)), None)
+    row = next((row for row in rows if row.resolution == character.first.resolution), None)
     row = row or table_1(run_trial(character, settings))
-    others = {name: row["rmse"][name] for name in ("refined", "pca_4")}
-    return figure_7_masks(character, settings, shared) | {"without_masks": others}
+    others = {name: row.rmse[name] for name in ("refined", "pca_4")}
+    return replace(figure_7_masks(character, settings, shared), without_masks=others)
 
 
-def _conditions(character: Character, settings: Settings, origin: str) -> dict[str, Any]:
+def _conditions(character: Character, settings: Settings, origin: str) -> PaperConditions:
     tiles = len(character.tiles)
-    return {
-        **conditions(LIBRARIES),
-        "times": "one run each, kernels compiled before, textures in memory; no reading, writing or quantising",
-        "errors": "RMSE 0..255 of the maps as a pack stores them, 8 bits a channel, mean over expressions",
-        "maps": f"the albedo, as in the paper{f', of all {tiles} tiles' * (tiles > 1)}",
-        "texture_region": "the character's mask" if character.masked else "whole texture",
-        "texture_sizes": origin,
-        "weight_scale": WEIGHT_SCALE,
-        **asdict(settings),
-    }
+    return PaperConditions(
+        **vars(conditions(LIBRARIES)),
+        times="one run each, kernels compiled before, textures in memory; no reading, writing or quantising",
+        errors="RMSE 0..255 of the maps as a pack stores them, 8 bits a channel, mean over expressions",
+        maps=f"the albedo, as in the paper{f', of all {tiles} tiles' * (tiles > 1)}",
+        texture_region="the character's mask" if character.masked else "whole texture",
+        texture_sizes=origin,
+        weight_scale=WEIGHT_SCALE,
+        **vars(settings),
+    )
 
 
-def _published() -> dict[str, Any]:
-    rows = [{"resolution": [side, side], **asdict(row)} for side, row in TABLE_1.items()]
-    return {
-        "table_1": rows,
-        "machine": MACHINE,
-        "expressions": EXPRESSIONS,
-        "expressions_in_memory": EXPRESSIONS_IN_MEMORY,
-    }
+def _published() -> PublishedFacts:
+    rows = [PublishedRow(resolution=(side, side), **vars(row)) for side, row in TABLE_1.items()]
+    return PublishedFacts(
+        table_1=rows,
+        machine=MACHINE,
+        expressions=EXPRESSIONS,
+        expressions_in_memory=EXPRESSIONS_IN_MEMORY,
+    )

@@ -1,8 +1,6 @@
 """The sections of the paper's page, one function a section."""
 
-from collections.abc import Mapping
-from typing import Any
-
+from facezip.documents.document import Data
 from reports.paper import figure_6, figure_7_left, figure_7_right, figure_8, table_1
 from reports.paper.table_1 import size
 from reports.sections import Section
@@ -10,20 +8,20 @@ from reports.sections import Section
 WIDE, NARROW = 560.0, 380.0
 
 
-def sections(document: Mapping[str, Any]) -> list[Section]:
+def sections(document: Data) -> list[Section]:
     """All sections in the order of the page; a further figure is one more function here."""
     makers = (_table_1, _figure_6, _figure_7_left, _figure_7_right, figure_8.section)
     return [make(document) for make in makers]
 
 
-def _table_1(document: Mapping[str, Any]) -> Section:
+def _table_1(document: Data) -> Section:
     conditions = document["conditions"]
     intro = f"Measured on {conditions['maps']}. Texture sizes: {conditions['texture_sizes']}."
     tables = table_1.times(document), table_1.memory(document), table_1.errors(document)
     return Section("table-1", "Table 1", "Table 1: time, memory and error", intro, tables=tables)
 
 
-def _figure_6(document: Mapping[str, Any]) -> Section:
+def _figure_6(document: Data) -> Section:
     figure, region = document["figure_6"], document["conditions"]["texture_region"]
     return Section(
         "figure-6",
@@ -37,7 +35,7 @@ def _figure_6(document: Mapping[str, Any]) -> Section:
     )
 
 
-def _figure_7_left(document: Mapping[str, Any]) -> Section:
+def _figure_7_left(document: Data) -> Section:
     figure = document["figure_7_convergence"]
     return Section(
         "figure-7-left",
@@ -52,7 +50,7 @@ def _figure_7_left(document: Mapping[str, Any]) -> Section:
     )
 
 
-def _figure_7_right(document: Mapping[str, Any]) -> Section:
+def _figure_7_right(document: Data) -> Section:
     figure = document["figure_7_masks"]
     return Section(
         "figure-7-right",

@@ -1,6 +1,6 @@
 """The paper's method step by step: each step timed, its results kept for every experiment that needs them."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from time import perf_counter
@@ -86,7 +86,7 @@ class Clock:
         self.seconds[name] = self.seconds.get(name, 0.0) + perf_counter() - begin
 
 
-def stored_errors(character: Character, model: CompressedTextures) -> dict[str, float]:
+def stored_errors(character: Character, model: CompressedTextures) -> Mapping[str, float]:
     """RMSE of every expression's albedo, 0..255, as a pack stores it: 8 bits a channel."""
     return albedo_errors(character, quantise(model))
 

@@ -1,8 +1,8 @@
 """Table 1 as tables of a page: times, memory and errors, the paper's own figures in small print."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
+from facezip.documents.document import Data
 from reports.metrics import megabytes, number
 from reports.paper.methods import METHODS
 from reports.tables import Cell, Row, Table
@@ -16,7 +16,7 @@ STEPS = {
 COMPARED = ("pca_4", "pca_8", "paper", "refined")
 
 
-def times(document: Mapping[str, Any]) -> Table:
+def times(document: Data) -> Table:
     """Seconds by step and method, and by size."""
     rows = document["table_1"]
     lines = [Row(label, _times(document, step), note) for step, (label, note) in STEPS.items()]
@@ -33,7 +33,7 @@ def times(document: Mapping[str, Any]) -> Table:
     return Table(caption, "Time, s", _columns(document), tuple(lines))
 
 
-def memory(document: Mapping[str, Any]) -> Table:
+def memory(document: Data) -> Table:
     """GPU memory by method and size, for this character and for the paper's 51 expressions."""
     rows, published = document["table_1"], document["published"]
     lines = []
@@ -51,7 +51,7 @@ def memory(document: Mapping[str, Any]) -> Table:
     return Table(caption, "GPU memory, MB", _columns(document), tuple(lines))
 
 
-def errors(document: Mapping[str, Any]) -> Table:
+def errors(document: Data) -> Table:
     """Mean RMSE by method and size."""
     rows = document["table_1"]
     best = [min(row["rmse"].values()) for row in rows]
@@ -71,11 +71,11 @@ def size(resolution: Sequence[int]) -> str:
     return f"{width}²" if width == height else f"{width} × {height}"
 
 
-def _columns(document: Mapping[str, Any]) -> tuple[str, ...]:
+def _columns(document: Data) -> tuple[str, ...]:
     return tuple(size(row["resolution"]) for row in document["table_1"])
 
 
-def _times(document: Mapping[str, Any], key: str) -> tuple[Cell, ...]:
+def _times(document: Data, key: str) -> tuple[Cell, ...]:
     cells = []
     for row in document["table_1"]:
         stated = _stated(document, row, key, "seconds")
@@ -83,12 +83,12 @@ def _times(document: Mapping[str, Any], key: str) -> tuple[Cell, ...]:
     return tuple(cells)
 
 
-def _of_51(row: Mapping[str, Any], key: str, stated: float | None) -> str:
+def _of_51(row: Data, key: str, stated: float | None) -> str:
     ours = megabytes(row["bytes_on_gpu_of_51"][key])
     return ours if stated is None else f"{ours}, paper\N{NO-BREAK SPACE}{number(stated, 2)}"
 
 
-def _stated(document: Mapping[str, Any], row: Mapping[str, Any], key: str, what: str = "megabytes") -> float | None:
+def _stated(document: Data, row: Data, key: str, what: str = "megabytes") -> float | None:
     """What the paper prints at the size of a row, where it does."""
     stated = (one[what] for one in document["published"]["table_1"] if one["resolution"] == row["resolution"])
     values: Mapping[str, float] = next(stated, {})

@@ -1,11 +1,14 @@
 """Curves out of points, and the honest question: at no more bytes than the rival, how much error is left?"""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
+from facezip.documents.document import Data
+from reports.rates.documents import Comparison
 from reports.rates.families import OURS, PAPER_RANK
+from reports.rates.points import Point
 
-Row = Mapping[str, Any]
+# A point or a row of a document, as data.
+Row = Data
 # Bytes a texel between which block compression of every texture is used: below it looks bad, above it is not needed.
 LEAST, MOST = 2.0, 6.0
 
@@ -24,32 +27,28 @@ def envelope(points: Sequence[Row]) -> list[Row]:
     return kept
 
 
-def compare(points: Sequence[Row]) -> list[dict[str, Any]]:
-    """For every point of a rival, our best ones that cost no more, of codecs that lie on the same devices.
-
-    Returns
-    -------
-    Rows of ``rival``; ``ours``, ``ratio`` of all packs; ``few``, ``few_ratio`` of those of at most four differences,
-    six fetches of one map: points, and their errors divided by the rival's. Null where nothing costs so little.
-    """
-    return [_compared(rival, points, ours) for family, ours in OURS.items() for rival in of_family(points, family)]
-
-
-def _compared(rival: Row, points: Sequence[Row], family: str) -> dict[str, Any]:
-    within = [one for one in of_family(points, family) if one["bytes_per_texel"] <= rival["bytes_per_texel"]]
-    ours = _best(within)
-    few = _best([one for one in within if one["differences"] <= PAPER_RANK])
-    return {"rival": rival, "ours": ours, "ratio": _ratio(ours, rival), "few": few, "few_ratio": _ratio(few, rival)}
+def compare(points: Sequence[Point]) -> list[Comparison]:
+    """For every point of a rival, our best ones that cost no more, of codecs that lie on the same devices."""
+    rows = []
+    for family, ours in OURS.items():
+        for rival in sorted((one for one in points if one.family == family), key=lambda one: one.bytes_per_texel):
+            within = [one for one in points if one.family == ours and one.bytes_per_texel <= rival.bytes_per_texel]
+            if within:
+                rows.append(_compared(rival, within))
+    return rows
 
 
-def _best(points: Sequence[Row]) -> Row | None:
-    return min(points, key=lambda one: one["rmse"], default=None)
+def _compared(rival: Point, within: Sequence[Point]) -> Comparison:
+    ours = min(within, key=_by_error)
+    few = min((one for one in within if (one.differences or 0) <= PAPER_RANK), key=_by_error, default=None)
+    few_ratio = few.rmse / rival.rmse if few else None
+    return Comparison(rival=rival, ours=ours, ratio=ours.rmse / rival.rmse, few=few, few_ratio=few_ratio)
 
 
-def _ratio(ours: Row | None, rival: Row) -> float | None:
-    return ours["rmse"] / rival["rmse"] if ours else None
+def _by_error(point: Point) -> tuple[float, float]:
+    return point.rmse, point.bytes_per_texel
 
 
 def in_use(rows: Sequence[Row]) -> list[Row]:
-    """The rows of :func:`compare` between ``LEAST`` and ``MOST`` bytes a texel for which there is a pack."""
-    return [row for row in rows if row["ours"] and LEAST <= row["rival"]["bytes_per_texel"] <= MOST]
+    """The rows of :func:`compare` between ``LEAST`` and ``MOST`` bytes a texel."""
+    return [row for row in rows if LEAST <= row["rival"]["bytes_per_texel"] <= MOST]

@@ -1,8 +1,8 @@
 """Error against bytes: every measurement as a mark, and a line through the best of each family."""
 
 from collections.abc import Mapping
-from typing import Any
 
+from facezip.documents.document import Data
 from reports.maps import headline, unit
 from reports.metrics import BY_KEY, MISSING, megabytes, number
 from reports.plots import Axis, Mark, Plot, dot, line
@@ -15,7 +15,7 @@ RMSE, BYTES = "RMSE, of 255", "Bytes of GPU memory a texel"
 LEFT, TOP, BOTTOM = 52.0, 36.0, 400.0
 # What is drawn; the rest is in the table.
 MOST_BYTES, MOST_RMSE = 8.0, 4.0
-Round = Mapping[str, Any]
+Round = Data
 
 
 def families_of(one: Round) -> list[Family]:
@@ -66,7 +66,7 @@ def comparison(one: Round) -> Table:
             Cell(number(rival["bytes_per_texel"], 2), f"{number(rival['bits'], 2)} bits"),
             Cell(number(rival["rmse"], 2), f"{_decibels(rival)}, {rival['fetches']} fetches"),
             *_ours(row["ours"], row["ratio"]),
-            *_ours(row["few"], row["few_ratio"]),
+            *_ours(row.get("few"), row.get("few_ratio")),
         )
         rows.append(TableRow(_block(rival["codec"]), cells, strong=row in in_use(one["comparison"])))
     columns = ("Bytes a texel", "Its RMSE", "Ours", "Ours / its", f"Ours, {_fewest(one)}", "Ours / its")
@@ -86,7 +86,7 @@ def _ours(point: Row | None, ratio: float | None) -> tuple[Cell, Cell]:
 
 def _fewest(one: Round) -> str:
     """The fetches of a pack of four differences, in words."""
-    fetches = {row["few"]["fetches"] for row in one["comparison"] if row["few"]}
+    fetches = {row["few"]["fetches"] for row in one["comparison"] if "few" in row}
     return f"at most {max(fetches)} fetches" if fetches else "few fetches"
 
 

@@ -1,8 +1,7 @@
 """Everything that is tried, on one character and on the same with blends added, as one document."""
 
-from dataclasses import asdict, replace
+from dataclasses import replace
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,14 +11,14 @@ from facezip.errors import ErrorCode, FaceZipError
 from facezip.machine.conditions import conditions
 from facezip.machine.progress import track
 from reports.rates.comparison import compare
+from reports.rates.documents import RatesConditions, RatesDocument, Round, Seconds
 from reports.rates.families import tried
 
-FORMAT = "facezip-rates/1"
 BLENDED = 3
 LIBRARIES = ("facezip", "numpy", "numba", "astc-encoder-py", "etcpak", "texture2ddecoder")
 
 
-def measure_rates(character: Character, total: int, effort: str, seed: int) -> dict[str, Any]:
+def measure_rates(character: Character, total: int, effort: str, seed: int) -> RatesDocument:
     """Error against bytes of everything that :func:`reports.rates.families.tried` names.
 
     Parameters
@@ -28,11 +27,6 @@ def measure_rates(character: Character, total: int, effort: str, seed: int) -> d
     total : a second round has so many expressions, blends of the others added; 0 for one round.
     effort : of the ASTC encoder, for all alike: ``"fast"``, ``"medium"`` or ``"thorough"``.
     seed : of the blends.
-
-    Returns
-    -------
-    Plain data (``facezip-rates/1``): ``character``, ``conditions``, ``rounds`` of ``expressions``, ``points`` and
-    ``comparison``, and ``seconds``.
 
     Raises
     ------
@@ -43,23 +37,22 @@ def measure_rates(character: Character, total: int, effort: str, seed: int) -> d
     # Before any work: it refuses a total that adds nothing.
     larger = [with_blends(character, total, seed)] if total else []
     rounds = [_round(one, effort) for one in (character, *larger)]
-    return {
-        "format": FORMAT,
-        "character": character.facts,
-        "conditions": {
-            **conditions(LIBRARIES),
-            "errors": "RMSE 0..255 of what the decoders give back, mean over expressions; over several maps the root "
+    return RatesDocument(
+        character=character.facts,
+        conditions=RatesConditions(
+            **vars(conditions(LIBRARIES)),
+            errors="RMSE 0..255 of what the decoders give back, mean over expressions; over several maps the root "
             "of the mean of their squares, normals as images (n + 1) / 2",
-            "texture_region": "the character's mask" if character.masked else "whole texture",
-            "bytes": "GPU memory of neutral, differences or expressions, and weight maps, of all maps and tiles, "
+            texture_region="the character's mask" if character.masked else "whole texture",
+            bytes="GPU memory of neutral, differences or expressions, and weight maps, of all maps and tiles, "
             "without mip-maps; a texel is one of any map",
-            "textures": "each map has textures of its own, all in the same codec; of normals x and y are coded",
-            "astc_effort": effort,
-            "seed": seed,
-        },
-        "rounds": rounds,
-        "seconds": {"total": round(perf_counter() - begin, 1)},
-    }
+            textures="each map has textures of its own, all in the same codec; of normals x and y are coded",
+            astc_effort=effort,
+            seed=seed,
+        ),
+        rounds=rounds,
+        seconds=Seconds(total=round(perf_counter() - begin, 1)),
+    )
 
 
 def with_blends(character: Character, total: int, seed: int) -> Character:
@@ -99,8 +92,8 @@ def _blended(stack: Stack, shares: NDArray[np.float32]) -> Stack:
     return replace(stack, textures=textures)
 
 
-def _round(character: Character, effort: str) -> dict[str, Any]:
+def _round(character: Character, effort: str) -> Round:
     ways = tried(character, effort)
     count = len(character.expressions)
-    points = [asdict(way.measure(character)) for way in track(ways, f"{count} expressions", len(ways))]
-    return {"expressions": count, "points": points, "comparison": compare(points)}
+    points = [way.measure(character) for way in track(ways, f"{count} expressions", len(ways))]
+    return Round(expressions=count, points=points, comparison=compare(points))

@@ -1,17 +1,18 @@
 """What the curves say, in words made of the numbers alone."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
+from facezip.documents.document import Data
+from reports.findings import Finding
 from reports.metrics import number
 from reports.rates.comparison import LEAST, MOST, Row, envelope, in_use, of_family
 
-Finding = dict[str, str]
-Round = Mapping[str, Any]
+Round = Data
 
 
-def find(document: Mapping[str, Any]) -> list[Finding]:
-    """Every finding of a document of :func:`reports.rates.experiment.measure_rates`: ``title`` and ``here``."""
+def find(document: Data) -> list[Finding]:
+    """Every finding of a document of :func:`reports.rates.experiment.measure_rates`."""
     found = []
     for one in document["rounds"]:
         found += [_ratio(one), _loop(one), _baselines(one)]
@@ -28,11 +29,11 @@ def _ratio(one: Round) -> Finding | None:
         f"error at no more bytes, with {_range(fetches)} texture fetches a pixel in the place of "
         f"{rows[0]['rival']['fetches']}."
     )
-    few = [row for row in rows if row["few"]]
+    few = [row for row in rows if "few" in row]
     if few:
         most = max(row["few"]["fetches"] for row in few)
         here += f" Packs of at most {most} fetches leave {_spread([row['few_ratio'] for row in few])}."
-    return {"title": f"{one['expressions']} expressions, against ASTC on every texture", "here": here}
+    return Finding(title=f"{one['expressions']} expressions, against ASTC on every texture", here=here)
 
 
 def _spread(ratios: Sequence[float]) -> str:
@@ -50,11 +51,11 @@ def _loop(one: Round) -> Finding | None:
     ]
     if not pairs:
         return None
-    return {
-        "title": f"{one['expressions']} expressions, what the loop gains",
-        "here": f"With the codec in the loop of the fit the error is {number(min(pairs), 2)} to "
+    return Finding(
+        title=f"{one['expressions']} expressions, what the loop gains",
+        here=f"With the codec in the loop of the fit the error is {number(min(pairs), 2)} to "
         f"{number(max(pairs), 2)} of what coding the same fit afterwards leaves, byte for byte.",
-    }
+    )
 
 
 def _baselines(one: Round) -> Finding | None:
@@ -71,10 +72,10 @@ def _baselines(one: Round) -> Finding | None:
     ours = min((point["rmse"] for point in _in_reach(one, "refined_astc")), default=None)
     if ours is None or not words:
         return None
-    return {
-        "title": f"{one['expressions']} expressions, the least error within {MOST:g} bytes a texel",
-        "here": f"{number(ours, 2)} by a refined pack, {', '.join(words)}.",
-    }
+    return Finding(
+        title=f"{one['expressions']} expressions, the least error within {MOST:g} bytes a texel",
+        here=f"{number(ours, 2)} by a refined pack, {', '.join(words)}.",
+    )
 
 
 def _in_reach(one: Round, family: str) -> list[Row]:

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from math import log10
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,9 +35,9 @@ class Point:
     fetches : textures that a shader reads for a pixel.
     rmse : 0..255, of what the GPU's decoder gives back, over all maps (:func:`facezip.fit.choice.whole_error`).
     psnr : the same in dB; null where nothing is lost.
-    errors : by map ``rmse``, or ``angular_error`` and ``angular_error_rms`` in degrees; means over expressions.
+    errors : by map, means over expressions.
     seconds : of fitting and coding; of coding alone where the fit is that of the point before.
-    differences, weight_scale, weights : of a pack; ``weights`` is the codec of its weight maps.
+    differences, weight_scale, weights : of a pack, ``weights`` the codec of its weight maps; null of textures.
     """
 
     family: str
@@ -49,11 +48,11 @@ class Point:
     fetches: int
     rmse: float
     psnr: float | None
-    errors: dict[str, dict[str, float]]
+    errors: Errors
     seconds: float
-    differences: int | None = None
-    weight_scale: int | None = None
-    weights: str | None = None
+    differences: int | None
+    weight_scale: int | None
+    weights: str | None
 
 
 @dataclass(frozen=True)
@@ -75,7 +74,7 @@ class Textures:
         count = 1 + len(character.expressions)
         size = count * sum(storage.texture_bytes(Texture(*stack.neutral.shape)) for stack in character.stacks.values())
         numbers = size, *_shares(character, size), count * len(kinds), *_errors(errors)
-        return Point(self.family, self.codec.name, *numbers, perf_counter() - begin)
+        return Point(self.family, self.codec.name, *numbers, perf_counter() - begin, None, None, None)
 
 
 @dataclass(frozen=True)
@@ -117,11 +116,8 @@ def _shares(character: Character, size: int) -> tuple[float, float]:
     return size / texels, 8 * size / values
 
 
-def _errors(errors: Errors) -> tuple[float, float | None, dict[str, dict[str, Any]]]:
+def _errors(errors: Errors) -> tuple[float, float | None, Errors]:
     """The one number, the same as PSNR, and those of each map."""
-    by_map = {
-        name: {key: value for key, value in found.items() if not key.endswith("_per_expression")}
-        for name, found in errors.items()
-    }
     rmse = whole_error(errors, {})
-    return rmse, 20 * log10(255 / rmse) if rmse else None, by_map
+    psnr = 20 * log10(255 / rmse) if rmse else None
+    return rmse, psnr, {name: found.means for name, found in errors.items()}

@@ -1,11 +1,12 @@
 """The report of ``facezip rates``: findings, curves and tables, every number in its JSON."""
 
-from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
+from facezip.documents.document import Data, plain
 from reports.experiments import write_experiments
 from reports.rates import curves
+from reports.rates.documents import RatesDocument
 from reports.rates.findings import find
 from reports.sections import Section
 
@@ -13,12 +14,12 @@ DATA = "rates.json"
 WIDE, NARROW = 1200.0, 380.0
 
 
-def write_rates_report(document: Mapping[str, Any], folder: Path) -> Path:
+def write_rates_report(document: RatesDocument, folder: Path) -> Path:
     """Write ``rates.json`` and the page ``index.html`` that shows the same numbers; returns the page's path.
 
     Parameters
     ----------
-    document : what :func:`reports.rates.experiment.measure_rates` returned (``facezip-rates/1``); optional ``command``.
+    document : what :func:`reports.rates.experiment.measure_rates` returned; optional ``command``.
     folder : where both files go, each whole or not at all.
 
     Raises
@@ -29,14 +30,14 @@ def write_rates_report(document: Mapping[str, Any], folder: Path) -> Path:
     return write_experiments(
         folder,
         DATA,
-        {**document, "findings": find(document)},
+        replace(document, findings=find(plain(document))),
         lambda data: [section for one in data["rounds"] for section in (_section(one), _numbers(one))],
         kicker="Error against GPU memory: packs, and block compression of every texture",
-        title=f"{document['character']['name']} – error against GPU memory, by FaceZip",
+        title=f"{document.character.name} – error against GPU memory, by FaceZip",
     )
 
 
-def _section(one: Mapping[str, Any]) -> Section:
+def _section(one: Data) -> Section:
     count, maps = one["expressions"], list(curves.maps_of(one))
     together = f" Error and bytes are those of {', '.join(maps[:-1])} and {maps[-1]} together." if len(maps) > 1 else ""
     return Section(
@@ -51,7 +52,7 @@ def _section(one: Mapping[str, Any]) -> Section:
     )
 
 
-def _numbers(one: Mapping[str, Any]) -> Section:
+def _numbers(one: Data) -> Section:
     count = one["expressions"]
     intro = "Everything that was tried. Bold: nothing of its family has less error at no more bytes."
     title = f"{count} expressions, every measurement"

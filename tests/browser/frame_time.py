@@ -30,7 +30,7 @@ def measure(resolution, expressions):
             Viewer(page)
             found = page.evaluate("facezip.measureFrames()")
         browser.close()
-    return {**found, "conditions": conditions(("facezip", "playwright"))}
+    return {**found, "conditions": vars(conditions(("facezip", "playwright")))}
 
 
 def main():

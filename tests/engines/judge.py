@@ -18,9 +18,9 @@ import numpy as np
 from facezip.character.loading import load_character
 from facezip.export import TARGETS
 from render.exr import read_exr
+from render.limits import DECIDING, DEFAULT_THRESHOLDS
 from render.llvm import start
 from render.metrics import Picture, compare, display, head_crop
-from render.verdict import DECIDING, DEFAULT_THRESHOLDS
 from scenes.cameras import FIELD_OF_VIEW, View, frame_of, placement
 from scenes.lights import RIGS
 from tests.engines import cycles
@@ -101,9 +101,9 @@ def judged(demo, view_name, light):
         for shot in asked[:-1]:
             name = shot["expression"]
             original, pack = (cycles.picture(shot[side]) for side in ("original", "pack"))
-            rows.append((name, renders[name]["packs"][0], compare(*pictures(original, pack))))
+            rows.append((name, renders[name]["packs"][0], vars(compare(*pictures(original, pack)))))
             theirs = read_exr(demo / "report" / renders[name]["exr"])["original"]
-            agreement.append(compare(*pictures(original, theirs))["image_rmse"])
+            agreement.append(compare(*pictures(original, theirs)).image_rmse)
         floor = compare(*pictures(*(cycles.picture(asked[at]["original"]) for at in (0, -1))))
     return rows, floor, fmean(agreement), version
 
@@ -124,7 +124,7 @@ def main():
         most = ", ".join(f"{name} {max(row[side][name] for row in rows):.3f}" for name in DECIDING)
         worst = max(rows, key=lambda row, side=side: row[side]["delta_e_p95"])[0]
         print(f"{judge}: {', '.join(f'{count} {level}' for level, count in levels.items())}; at most {most} ({worst})")
-    print(f"noise floor of Cycles: RMSE {floor['image_rmse']:.2f}, FLIP {floor['flip']:.3f}")
+    print(f"noise floor of Cycles: RMSE {floor.image_rmse:.2f}, FLIP {floor.flip:.3f}")
 
 
 def line(mitsuba, theirs):

@@ -34,7 +34,7 @@ def verdict(tmp_path_factory):
 
 def test_both_judges_see_the_same_scene(verdict):
     _, floor, agreement, _ = verdict
-    assert agreement < 2 * floor["image_rmse"]
+    assert agreement < 2 * floor.image_rmse
 
 
 def test_the_judges_agree(verdict):

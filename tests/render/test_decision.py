@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from render.decision import interval, judge, of_halves, stream, without_bias
+from render.limits import Limit, Thresholds
 from render.metrics import Picture, compare
-from render.verdict import Limit, Thresholds
 
 HEAD = np.ones((24, 24), bool)
 GREY = np.full((24, 24, 3), 0.5, np.float32)
@@ -35,18 +35,18 @@ def judged(errors, limits=None):
 
 def test_a_render_far_from_every_limit_is_decided():
     near = judged((0.002,) * 3)
-    assert (near["level"], near["decided"]) == ("indistinguishable", True)
-    assert judged((0.3, 0.29, 0.31))["level"] == "fails"
-    assert judged((0.3, 0.29, 0.31))["decided"]
+    assert (near.level, near.decided) == ("indistinguishable", True)
+    assert judged((0.3, 0.29, 0.31)).level == "fails"
+    assert judged((0.3, 0.29, 0.31)).decided
 
 
 def test_noise_across_a_limit_is_not_decided():
-    assert not judged((0.01, 0.002, 0.018))["decided"]
+    assert not judged((0.01, 0.002, 0.018)).decided
 
 
 def test_an_identical_render_is_decided_as_such():
-    assert judged((0, 0, 0))["level"] == "identical"
-    assert judged((0, 0, 0))["decided"]
+    assert judged((0, 0, 0)).level == "identical"
+    assert judged((0, 0, 0)).decided
 
 
 def test_streams_repeat_and_do_not_meet():
@@ -59,13 +59,13 @@ def test_streams_repeat_and_do_not_meet():
 def test_noise_does_not_bias_the_95th_percentile():
     rng = np.random.default_rng(0)
     pattern = rng.uniform(0, 0.03, (24, 24, 1)).astype(np.float32)
-    original, truth = Picture(GREY, HEAD), compare(Picture(GREY, HEAD), Picture(GREY + pattern, HEAD))["delta_e_p95"]
+    original, truth = Picture(GREY, HEAD), compare(Picture(GREY, HEAD), Picture(GREY + pattern, HEAD)).delta_e_p95
     plain, free = [], []
     for _ in range(40):
         one, other = (GREY + pattern + rng.normal(0, 0.008, GREY.shape).astype(np.float32) for _ in range(2))
         found = compare(original, Picture((one + other) / 2, HEAD))
         halves = [(original, Picture(half, HEAD)) for half in (one, other)]
-        plain.append(found["delta_e_p95"])
+        plain.append(found.delta_e_p95)
         free.append(without_bias(found, of_halves(halves))["delta_e_p95"])
     assert np.mean(plain) > 1.02 * truth
     assert np.mean(free) == pytest.approx(truth, rel=0.3 * (np.mean(plain) / truth - 1))
@@ -74,14 +74,14 @@ def test_noise_does_not_bias_the_95th_percentile():
 def test_the_level_is_that_of_the_metrics_that_are_told():
     """With all samples barely beyond a limit, with half of them further beyond: without noise, within."""
     found = judged((0.01, 0.011, 0.011))
-    beyond, told = judged((0.01,) * 3)["delta_e_p95"], found["delta_e_p95"]
+    beyond, told = judged((0.01,) * 3).delta_e_p95, found.delta_e_p95
     limit = (beyond + told) / 2
-    level = judged((0.01, 0.011, 0.011), Thresholds(Limit(limit, 99, 1), Limit(99, 99, 1)))["level"]
+    level = judged((0.01, 0.011, 0.011), Thresholds(Limit(limit, 99, 1), Limit(99, 99, 1))).level
     assert told < limit < beyond
     assert level == "indistinguishable"
 
 
 def test_only_equal_images_are_identical():
     found = judged((0.001, 0.005, 0.005))
-    assert found["delta_e_p95"] == found["flip"] == found["delta_e_local"] == 0
-    assert found["level"] == "indistinguishable"
+    assert found.delta_e_p95 == found.flip == found.delta_e_local == 0
+    assert found.level == "indistinguishable"

@@ -7,7 +7,7 @@ import pytest
 
 from render.llvm import OLDEST, start
 
-START = "from render.llvm import start; print(start()['llvm'])"
+START = "from render.llvm import start; print(start().llvm)"
 OLD = [path for n in (14, 15, 16) for path in Path("/usr/lib").glob(f"**/libLLVM-{n}.so.1")]
 
 

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from render.documents import ImageMetrics
 from render.metrics import Picture, compare, delta_e, display, flip_map, head_crop, image_rmse, ssim_map
 
 RNG = np.random.default_rng(0)
@@ -11,9 +12,9 @@ HEAD = np.ones(A.shape[:2], bool)
 
 def test_equal_pictures_have_no_error_in_any_metric():
     metrics = compare(Picture(A, HEAD), Picture(A.copy(), HEAD))
-    assert metrics == {
-        "image_rmse": 0, "psnr": None, "flip": 0, "delta_e_mean": 0, "delta_e_p95": 0, "delta_e_local": 0, "ssim": 1,
-    }  # fmt: skip
+    assert metrics == ImageMetrics(
+        image_rmse=0, psnr=None, flip=0, delta_e_mean=0, delta_e_p95=0, delta_e_local=0, ssim=1
+    )
 
 
 @pytest.mark.parametrize("metric", [image_rmse, delta_e, flip_map, ssim_map])
@@ -24,8 +25,8 @@ def test_metrics_are_symmetric(metric):
 def test_a_larger_error_counts_for_more():
     small, large = (compare(Picture(A, HEAD), Picture(A + t * (B - A), HEAD)) for t in (np.float32(0.5), np.float32(1)))
     for metric in ("image_rmse", "flip", "delta_e_mean", "delta_e_p95", "delta_e_local"):
-        assert 0 < small[metric] < large[metric]
-    assert 1 > small["ssim"] > large["ssim"]
+        assert 0 < getattr(small, metric) < getattr(large, metric)
+    assert 1 > small.ssim > large.ssim
 
 
 def test_pixels_beside_the_head_do_not_count():
@@ -34,7 +35,7 @@ def test_pixels_beside_the_head_do_not_count():
     spoilt = A.copy()
     spoilt[:, 39] = 0
     found = compare(Picture(A, head), Picture(spoilt, head))
-    assert found["delta_e_p95"] == found["delta_e_local"] == 0
+    assert found.delta_e_p95 == found.delta_e_local == 0
 
 
 def test_a_spoilt_place_counts_however_large_the_head():
@@ -43,14 +44,14 @@ def test_a_spoilt_place_counts_however_large_the_head():
     spoilt = skin.copy()
     spoilt[90:110, 90:110] = [0.2, 0.9, 0.2]
     found = compare(Picture(skin, head), Picture(spoilt, head))
-    assert found["delta_e_p95"] == 0
-    assert found["delta_e_local"] == pytest.approx(float(delta_e(skin[100, 100], spoilt[100, 100])))
+    assert found.delta_e_p95 == 0
+    assert found.delta_e_local == pytest.approx(float(delta_e(skin[100, 100], spoilt[100, 100])))
 
 
 def test_rmse_and_psnr_are_in_units_of_255():
     metrics = compare(Picture(A * 0, HEAD), Picture(A * 0 + np.float32(0.1), HEAD))
-    assert metrics["image_rmse"] == pytest.approx(25.5, rel=1e-6)
-    assert metrics["psnr"] == pytest.approx(20, rel=1e-6)
+    assert metrics.image_rmse == pytest.approx(25.5, rel=1e-6)
+    assert metrics.psnr == pytest.approx(20, rel=1e-6)
 
 
 def test_display_clips_and_encodes():

@@ -76,11 +76,11 @@ def test_an_error_is_found_where_it_is():
     error = np.full((60, 40), 0.1, np.float32)
     error[46:56, 28:38] = 5
     errors, worst = locate(error, np.ones((60, 40), bool), labels)
-    top, left, height, width = worst["box"]
-    assert worst["region"] == "mouth"
+    top, left, height, width = worst.box
+    assert worst.region == "mouth"
     assert top <= 46 < 56 <= top + height
     assert left <= 28 < 38 <= left + width
-    assert errors == pytest.approx({"forehead": 0.1, "mouth": worst["delta_e_p95"]})
+    assert errors == pytest.approx({"forehead": 0.1, "mouth": worst.delta_e_p95})
 
 
 def test_a_place_too_small_for_any_percentile_is_found():
@@ -90,7 +90,7 @@ def test_a_place_too_small_for_any_percentile_is_found():
     error[150:160, 90:100] = 40
     errors, worst = locate(error, np.ones((200, 200), bool), labels)
     assert errors["mouth"] == 0
-    assert worst["region"] == "mouth"
+    assert worst.region == "mouth"
 
 
 def test_pixels_beside_the_head_and_slivers_name_no_place():

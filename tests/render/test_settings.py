@@ -1,9 +1,10 @@
 import pytest
 
 from facezip import FaceZipError
+from facezip.documents.document import plain
 from facezip.errors import ErrorCode
+from render.limits import Limit, Thresholds
 from render.settings import Settings, read_settings
-from render.verdict import Limit, Thresholds
 from scenes.cameras import VIEWS, View
 
 FILE = """
@@ -45,7 +46,7 @@ def test_the_command_line_goes_before_the_file(tmp_path):
 
 def test_what_is_resolved_reads_back_as_the_same(tmp_path):
     settings = read_settings(written(tmp_path, FILE), {})
-    assert read_settings(None, settings.resolved) == settings
+    assert read_settings(None, plain(settings.resolved)) == settings.resolved
 
 
 @pytest.mark.parametrize(

@@ -8,26 +8,35 @@ from facezip import FaceZipError
 from facezip.character.maps import KNOWN
 from facezip.character.scans import Stack
 from facezip.character.tiles import FIRST_TILE
+from facezip.documents.document import to_json
+from facezip.pack.errors import MapErrors
+from render import validation
+from render.documents import TextureFacts
 from render.exr import read_exr
+from render.limits import Limit, Thresholds
 from render.settings import Settings
 from render.skins import SkinMaps
 from render.staging import staged_original
 from render.store import RENDERS
-from render.validation import Candidate, validate
-from render.verdict import Limit, Thresholds
+from render.validation import Candidate
 from scenes.cameras import VIEWS
 
-FACTS = {"method": "textures", "bytes_on_gpu": 1, "bytes_on_disk": None, "bytes_raw": 1, "fetches": None}
-FACTS |= {"texture_rmse": 0.0, "texture_rmse_per_expression": {}}
+FACTS = TextureFacts(bytes_on_gpu=1, bytes_on_disk=None, bytes_raw=1, fetches=None, bytes_bc7=1, bytes_raw_bc7=1)
+ERRORS = {"albedo": MapErrors(rmse=0.0, rmse_per_expression={})}
 SMALL = Settings(resolution=48, spp=2, max_spp=2)
 
 
+def validate(*given):
+    """The document as it is written."""
+    return json.loads(to_json(validation.validate(*given)))
+
+
 def same(character):
-    return Candidate("same", lambda name: SkinMaps(character.texture(name)), FACTS)
+    return Candidate("same", lambda name: SkinMaps(character.texture(name)), FACTS, ERRORS)
 
 
 def brighter(character, amount):
-    return Candidate("brighter", lambda name: SkinMaps(character.texture(name) + np.float32(amount)), FACTS)
+    return Candidate("brighter", lambda name: SkinMaps(character.texture(name) + np.float32(amount)), FACTS, ERRORS)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +76,7 @@ def test_every_pose_view_and_light_is_rendered_and_kept(result):
 
 
 def test_the_document_is_strict_json_with_its_conditions(result):
-    document = json.loads(json.dumps(result[0], allow_nan=False))
+    document = result[0]
     assert document["conditions"]["spp"] == 2
     assert document["conditions"]["llvm"]
     assert document["character"]["expressions"] == ["smile", "frown"]
@@ -152,7 +161,7 @@ def test_a_changed_candidate_renders_only_what_it_changes(character, finished, t
     def texture(name):
         return SkinMaps(character.texture(name) + np.float32(0.05 if name == "smile" else 0.02))
 
-    changed = validate(character, [Candidate("brighter", texture, FACTS)], tmp_path, settings, folder)
+    changed = validate(character, [Candidate("brighter", texture, FACTS, ERRORS)], tmp_path, settings, folder)
     assert changed["rendered"] == 2
     same = [r["packs"] for r in document["renders"] if r["expression"] != "smile"]
     assert [r["packs"] for r in changed["renders"] if r["expression"] != "smile"] == same
@@ -192,7 +201,9 @@ def test_a_skin_of_all_maps_against_itself_has_exactly_no_error(character, tmp_p
     normal /= np.linalg.norm(normal, axis=2, keepdims=True)
     numbers = {name: rng.random((64, 64, 1), np.float32) for name in ("roughness", "specular", "cavity")}
     every, flat = with_maps(character, normal=normal, **numbers), with_maps(character, **numbers)
-    candidates = [Candidate(name, staged_original(scans), FACTS) for name, scans in (("same", every), ("flat", flat))]
+    candidates = [
+        Candidate(name, staged_original(scans), FACTS, ERRORS) for name, scans in (("same", every), ("flat", flat))
+    ]
     document = validate(every, candidates, tmp_path, SMALL)
     assert_identical(document["packs"][0])
     assert document["packs"][1]["image_rmse"] > 1
@@ -205,7 +216,7 @@ def test_a_map_under_another_name_is_another_skin(character, tmp_path):
     for name in ("roughness", "cavity"):
         scans = with_maps(character, **{name: numbers})
         earlier = tmp_path / "roughness" if documents else None
-        candidate = Candidate("one", staged_original(scans), FACTS)
+        candidate = Candidate("one", staged_original(scans), FACTS, ERRORS)
         documents.append(validate(scans, [candidate], tmp_path / name, settings, earlier))
     assert [document["rendered"] for document in documents] == [3, 3]
 

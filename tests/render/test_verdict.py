@@ -1,15 +1,23 @@
 import pytest
 
-from render.verdict import Limit, Thresholds, verdict
+from render.documents import ErrorPlace, ImageMetrics, PackRender, Render
+from render.limits import Limit, Thresholds
+from render.verdict import verdict
 
 LIMITS = Thresholds(Limit(1.0, 2.0, 0.05), Limit(3.0, 6.0, 0.10))
 
 
 def render(name, delta_e, flip, decided=True, local=0):
     level = LIMITS.level(delta_e, local, flip)
-    numbers = {"delta_e_p95": delta_e, "flip": flip, "delta_e_local": local, "level": level, "decided": decided}
-    where = {"region": "mouth"} if delta_e else None
-    return {"expression": name, "view": "close_up", "light": "side", "spp": 64, "packs": [numbers | {"where": where}]}
+    metrics = ImageMetrics(
+        image_rmse=1, psnr=48, flip=flip, delta_e_mean=0, delta_e_p95=delta_e, delta_e_local=local, ssim=1
+    )
+    where = ErrorPlace(region="mouth", delta_e_p95=delta_e, box=(0, 0, 8, 8)) if delta_e else None
+    numbers = PackRender(
+        **vars(metrics), level=level, decided=decided, interval={}, image_rmse_debiased=1, regions={}, where=where
+    )
+    look = {"expression": name, "view": "close_up", "light": "side"}
+    return Render(**look, spp=64, noise_floor=metrics, packs=[numbers], exr=f"{name}.exr")
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import pytest
 
 from facezip.character.meshes import Meshes
 from facezip.character.tiles import Atlas
+from facezip.documents.document import plain
 from facezip.files.obj import Topology
 from facezip.fit.methods import compress
 from facezip.pack.read import read_pack
@@ -86,7 +87,7 @@ def test_the_page_has_everything_and_needs_nothing(page):
     folder, document = page
     html = (folder / "page" / "index.html").read_text()
     model = read_pack(folder / "a.facezip")
-    assert json.loads((folder / "page" / "layers.json").read_text()) == document == describe(model, "a")
+    assert json.loads((folder / "page" / "layers.json").read_text()) == document == plain(describe(model, "a"))
     assert not re.search(r'(?:src|href)="(?!data:|#)', html)
     assert "a&lt;b&gt;&amp;" in html
     assert "<b>&" not in html

@@ -55,36 +55,36 @@ def make_document(**errors):
 
 
 def by_key(document):
-    return {finding["key"]: finding for finding in find(document)}
+    return {finding.key: finding for finding in find(document)}
 
 
 def test_what_the_paper_found_agrees():
     found = by_key(make_document())
     for key in ("paper_against_pca_4", "permutation", "unpermuted_against_pca_4", "masks", "memory", "time", "sweeps"):
-        assert found[key]["stance"] == "agrees", found[key]
-    assert "2 of 2" in found["paper_against_pca_4"]["here"]
-    assert "2.50 against 3.50" in found["paper_against_pca_4"]["here"]
-    assert found["refined"]["stance"] == "beyond"
+        assert found[key].stance == "agrees", found[key]
+    assert "2 of 2" in found["paper_against_pca_4"].here
+    assert "2.50 against 3.50" in found["paper_against_pca_4"].here
+    assert found["refined"].stance == "beyond"
 
 
 def test_one_expression_that_pca_holds_better_differs():
     found = by_key(make_document(pca_4=(3.0, 2.9)))
-    assert found["paper_against_pca_4"]["stance"] == "differs"
-    assert "1 of 2" in found["paper_against_pca_4"]["here"]
+    assert found["paper_against_pca_4"].stance == "differs"
+    assert "1 of 2" in found["paper_against_pca_4"].here
 
 
 def test_errors_that_keep_falling_with_the_masks_differ():
     document = make_document()
     document["figure_7_masks"]["counts"][2]["rmse"] = [1.9, 2.0, 2.1]
     finding = by_key(document)["masks"]
-    assert finding["stance"] == "differs"
-    assert "lowest with 63 masks: 1.90" in finding["here"]
+    assert finding.stance == "differs"
+    assert "lowest with 63 masks: 1.90" in finding.here
 
 
 def test_a_search_that_still_moves_at_the_end_differs():
     document = make_document()
     document["figure_7_convergence"]["history"][0][-1] = 3.5
-    assert by_key(document)["sweeps"]["stance"] == "differs"
+    assert by_key(document)["sweeps"].stance == "differs"
 
 
 @pytest.mark.parametrize(("bound", "words"), [(3.0, "is left to gain"), (3.6, "that is the optimum")])
@@ -93,13 +93,13 @@ def test_the_gap_to_the_bound_is_stated(bound, words):
     figure = document["figure_7_convergence"]
     figure["cost"]["paper_optimised"], figure["seconds"]["paper_optimised"] = 3.6, 0.01
     figure["lower_bound"] = bound
-    here = by_key(document)["search"]["here"]
+    here = by_key(document)["search"].here
     assert words in here
     assert "10.0\N{NO-BREAK SPACE}% lower" in here
 
 
 def test_what_our_permutation_gains_is_stated():
-    here = by_key(make_document(paper_optimised=(1.5, 3.2)))["optimised"]["here"]
+    here = by_key(make_document(paper_optimised=(1.5, 3.2)))["optimised"].here
     assert "1 of 2" in here
     assert "2.35 against 2.50" in here
     document = make_document()
@@ -117,4 +117,4 @@ def test_a_cost_that_says_nothing_of_the_error_is_told():
 def test_memory_that_is_not_the_papers_differs():
     document = make_document()
     document["published"]["table_1"][0]["megabytes"]["paper"] = 5.0
-    assert by_key(document)["memory"]["stance"] == "differs"
+    assert by_key(document)["memory"].stance == "differs"

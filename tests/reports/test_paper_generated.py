@@ -58,8 +58,8 @@ def test_naive_differences_give_the_scans_back(generated):
 
 def test_geometry_is_measured_against_the_truth(generated, case):
     errors = geometry_errors(generated.rig, case.deltas)
-    assert 0 < errors["ours"] < errors["transferred"]
-    assert geometry_errors(generated.rig, generated.rig.deltas)["ours"] == 0
+    assert 0 < errors.ours < errors.transferred
+    assert geometry_errors(generated.rig, generated.rig.deltas).ours == 0
 
 
 def test_errors_are_over_all_tiles(generated):
@@ -87,9 +87,9 @@ def test_a_strip_shows_the_tile_that_changes_most(generated):
 def test_figure_8_is_made_on_tiles(case):
     scans = in_tiles(case.scans, 2, 1)
     figure = figure_8(scans, case.template, 0, None)
-    assert set(figure["pictures"]) <= set(SHAPES)
-    assert figure["columns"] == ["naive", *PACKS]
-    assert all(uri.startswith("data:image/webp") for uri in figure["pictures"].values())
+    assert set(figure.pictures) <= set(SHAPES)
+    assert figure.columns == ["naive", *PACKS]
+    assert all(uri.startswith("data:image/webp") for uri in figure.pictures.values())
 
 
 def test_several_persons_are_one_document_of_means_with_student_s_intervals():

@@ -7,17 +7,19 @@ import numpy as np
 import pytest
 
 from facezip.blocks.codecs import bc4, bc7, raw
+from facezip.documents.document import plain
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.fit.choice import whole_error
 from facezip.fit.coded import coded_afterwards
 from facezip.fit.methods import compress
 from facezip.fit.storage import Storage
-from facezip.pack.errors import model_errors
+from facezip.pack.errors import MapErrors, model_errors
 from reports.rates import experiment
 from reports.rates.comparison import compare, envelope, in_use
 from reports.rates.families import FAMILIES, RAW, tried
-from reports.rates.points import Pack, Textures
+from reports.rates.points import Pack, Point, Textures
 from reports.rates.report import write_rates_report
+from tests.documents.checked import check
 from tests.facezip.conftest import random_character
 from tests.facezip.surfaces import random_surface
 from tests.reports.test_validation import Page
@@ -25,10 +27,9 @@ from tests.reports.test_validation import Page
 HOSTILE = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)> {{ 7*7 }} & ]]>"
 
 
-def point(family, size, error, **more):
-    return {"family": family, "codec": "raw", "bytes": 100 * size, "bytes_per_texel": size, "bits": size, "fetches": 6,
-            "rmse": error, "psnr": 40.0, "errors": {"albedo": {"rmse": error}}, "seconds": 1.0, "differences": 4,
-            "weight_scale": 8, "weights": "bc4"} | more  # fmt: skip
+def point(family, size, error, differences=4, fetches=6):
+    errors = {"albedo": MapErrors(rmse=error)}
+    return Point(family, "raw", 100 * size, size, size, fetches, error, 40.0, errors, 1.0, differences, 8, "bc4")
 
 
 WAYS = [
@@ -60,7 +61,7 @@ def measured(character):
     patch.setattr(experiment, "tried", lambda character, effort: WAYS)
     found = experiment.measure_rates(character, 7, "fast", 0)
     patch.undo()
-    return found | {"command": HOSTILE}
+    return replace(found, command=HOSTILE)
 
 
 def test_every_texture_raw_costs_its_bytes_and_has_no_error():
@@ -94,15 +95,15 @@ def test_the_error_is_one_over_all_maps_beside_those_of_each(tiled):
     errors, found = model_errors(tiled, model), way.measure(tiled)
     assert found.rmse == pytest.approx(whole_error(errors, {}))
     assert set(found.errors) == {"albedo", "normal", "roughness"}
-    assert found.errors["roughness"] == {"rmse": pytest.approx(errors["roughness"]["rmse"])}
-    assert found.errors["normal"]["angular_error"] == pytest.approx(errors["normal"]["angular_error"])
+    assert found.errors["roughness"] == MapErrors(rmse=errors["roughness"].rmse)
+    assert found.errors["normal"].angular_error == pytest.approx(errors["normal"].angular_error)
 
 
 def test_the_rival_codes_normals_as_images(tiled):
     """Uncompressed, 8 bits of n and not of its slopes, which would be off by degrees."""
     found = Textures("textures_bc", raw(3)).measure(tiled).errors
-    assert 0 < found["normal"]["angular_error"] < 0.5
-    assert found["albedo"]["rmse"] < 1e-4
+    assert 0 < found["normal"].angular_error < 0.5
+    assert found["albedo"].rmse < 1e-4
 
 
 def test_the_page_shows_the_error_of_each_map(tiled_document, tmp_path):
@@ -111,19 +112,19 @@ def test_the_page_shows_the_error_of_each_map(tiled_document, tmp_path):
     assert "Normal, mean angle in degrees" in words
     assert "albedo, normal and roughness together" in words
     assert "3 maps on 2 tiles" in words
-    point = tiled_document["rounds"][0]["points"][0]
-    assert f"{point['errors']['roughness']['rmse']:.2f}" in page.words
+    point = tiled_document.rounds[0].points[0]
+    assert f"{point.errors['roughness'].rmse:.2f}" in page.words
 
 
 def test_an_albedo_alone_has_one_error(document, tmp_path):
-    for one in document["rounds"]:
-        assert all(point["rmse"] == pytest.approx(point["errors"]["albedo"]["rmse"]) for point in one["points"])
+    for one in document.rounds:
+        assert all(point.rmse == pytest.approx(point.errors["albedo"].rmse) for point in one.points)
     assert "together" not in write_rates_report(document, tmp_path).read_text(encoding="utf-8")
 
 
 def test_an_envelope_is_what_nothing_cheaper_beats():
     rng = np.random.default_rng(0)
-    points = [point("pca", size, error) for size, error in rng.random((40, 2))]
+    points = [plain(point("pca", size, error)) for size, error in rng.random((40, 2))]
     kept = envelope(points)
     assert [one["rmse"] for one in kept] == sorted((one["rmse"] for one in kept), reverse=True)
     for one in points:
@@ -135,25 +136,24 @@ def test_the_comparison_never_costs_more_than_the_rival():
     points = [point("textures_astc", size, 3.0) for size in (1.0, 3.0, 9.0)]
     points += [point("refined_astc", size, error) for size, error in ((2.0, 2.0), (2.5, 2.5), (3.5, 0.5))]
     rows = compare(points)
-    assert [row["rival"]["bytes_per_texel"] for row in rows] == [1.0, 3.0, 9.0]
-    assert rows[0]["ours"] is rows[0]["ratio"] is rows[0]["few"] is None
-    assert [row["ours"]["rmse"] for row in rows[1:]] == [2.0, 0.5]
-    assert [row["ratio"] for row in rows[1:]] == pytest.approx([2 / 3, 1 / 6])
-    assert in_use(rows) == rows[1:2]
+    assert [(row.rival.bytes_per_texel, row.ours.rmse) for row in rows] == [(3.0, 2.0), (9.0, 0.5)]
+    assert in_use(plain(rows)) == plain(rows[:1])
 
 
 def test_packs_of_few_fetches_have_a_place_of_their_own():
     points = [point("textures_astc", 3.0, 3.0)]
     points += [point("refined_astc", 2.5, 2.0), point("refined_astc", 2.6, 1.0, differences=6, fetches=9)]
     (row,) = compare(points)
-    assert (row["ours"]["fetches"], row["few"]["fetches"], row["few"]["rmse"]) == (9, 6, 2.0)
-    assert row["few_ratio"] == pytest.approx(2 / 3)
+    assert (row.ours.fetches, row.few.fetches, row.few.rmse) == (9, 6, 2.0)
+    assert row.few_ratio == pytest.approx(2 / 3)
+    (row,) = compare([points[0], points[2]])
+    assert row.few is row.few_ratio is None
 
 
 def test_textures_are_compared_with_packs_of_the_same_devices():
     points = [point("textures_astc", 5.0, 1.0), point("textures_bc", 5.0, 1.0)]
     points += [point("refined_astc", 4.0, 0.5), point("refined_bc", 4.0, 0.7)]
-    pairs = {(row["rival"]["family"], row["ours"]["family"]) for row in compare(points)}
+    pairs = {(row.rival.family, row.ours.family) for row in compare(points)}
     assert pairs == {("textures_astc", "refined_astc"), ("textures_bc", "refined_bc")}
 
 
@@ -199,6 +199,7 @@ def test_the_page_loads_nothing_but_itself_and_names_run_nothing(document, tmp_p
 def test_json_beside_the_page_holds_the_document(document, tmp_path):
     write_rates_report(document, tmp_path)
     stored = json.loads((tmp_path / "rates.json").read_text(encoding="utf-8"))
-    assert stored["rounds"] == document["rounds"]
+    assert check(stored) == "rates"
+    assert stored["rounds"] == plain(document.rounds)
     assert [one["expressions"] for one in stored["rounds"]] == [5, 7]
     assert stored["findings"]

@@ -186,7 +186,7 @@ def _paper_page(folder: Path) -> Path:
     names = _names(len(HOSTILE))
     character = replace(random_character(side=32, expressions=len(names)), expressions=names, name=MARKUP[0])
     document = reproduce([character], 1, PaperSettings(masks=5, restarts=2, starts=2, mask_counts=(3, 5)), MARKUP[2])
-    return write_paper_report(document | {"command": MARKUP[1]}, folder)
+    return write_paper_report(replace(document, command=MARKUP[1]), folder)
 
 
 def _rates_page(folder: Path) -> Path:
@@ -194,8 +194,8 @@ def _rates_page(folder: Path) -> Path:
     names = _names(len(HOSTILE))[-4:]
     character = replace(random_character(side=32, expressions=4), expressions=names, name=MARKUP[0])
     document = measure_rates(character, 0, "fast", 0)
-    document["conditions"]["texture_region"] = MARKUP[3]
-    return write_rates_report(document | {"command": MARKUP[1]}, folder)
+    about = replace(document.conditions, texture_region=MARKUP[3])
+    return write_rates_report(replace(document, conditions=about, command=MARKUP[1]), folder)
 
 
 def _viewer_page(folder: Path) -> Path:
@@ -204,7 +204,7 @@ def _viewer_page(folder: Path) -> Path:
     names = tuple(name for name in _names(len(HOSTILE)) if is_safe_name(name))
     model = replace(random_model(expressions=len(names), meshes=True), expressions=names)
     write_pack(model, folder / "h.facezip", name=MARKUP[1], made_with={MARKUP[0]: MARKUP[7]})
-    return Path(export_web(folder / "h.facezip", folder / "index.html")["output"])
+    return Path(export_web(folder / "h.facezip", folder / "index.html").output)
 
 
 PAGES = {"paper": _paper_page, "rates": _rates_page, "validate": _validation_page, "the viewer": _viewer_page}

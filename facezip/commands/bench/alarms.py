@@ -1,11 +1,13 @@
 """``facezip bench alarms``: how often the test of the pytest plugin errs, measured."""
 
-from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from facezip.commands import options
+
+if TYPE_CHECKING:
+    from render.plugin.alarms import AlarmsDocument, FlatRates, Rate
 
 
 @click.command("alarms")
@@ -32,24 +34,22 @@ def command(level: float, as_json: bool, **settings: Any) -> None:
     options.answer(document, as_json, lambda: _lines(document))
 
 
-def _lines(document: Mapping[str, Any]) -> list[str]:
-    trials = document["false_alarms"]["trials"]
-    alarms = [
-        f"  at level {row['level']:<22g} {row['count']:4} of {trials}  {_percent(row)}" for row in document["levels"]
-    ]
-    found = [f"  {name:<31} {row['count']:4} of {trials}  {_percent(row)}" for name, row in document["defects"].items()]
-    words = ["False alarms, nothing changed", *alarms, f"Defects found at level {document['level']:g}", *found]
-    return [*words, *(line for name, scene in document["flats"].items() for line in _scene(name, scene))]
+def _lines(document: "AlarmsDocument") -> list[str]:
+    trials = document.false_alarms.trials
+    alarms = [f"  at level {row.level:<22g} {row.count:4} of {trials}  {_percent(row)}" for row in document.levels]
+    found = [f"  {name:<31} {row.count:4} of {trials}  {_percent(row)}" for name, row in document.defects.items()]
+    words = ["False alarms, nothing changed", *alarms, f"Defects found at level {document.level:g}", *found]
+    return [*words, *(line for name, scene in document.flats.items() for line in _scene(name, scene))]
 
 
-def _scene(name: str, scene: Mapping[str, Any]) -> list[str]:
+def _scene(name: str, scene: "FlatRates") -> list[str]:
     """A scene with regions of one value: its false alarms, and what is found of changes."""
-    rows = [(f"nothing, at level {row['level']:g}", row) for row in scene["levels"]]
-    rows += [(f"the {part} part", scene[part]) for part in ("flat", "noisy") if part in scene]
-    counts = [f"  {what:<31} {row['count']:4} of {row['trials']}  {_percent(row)}" for what, row in rows]
+    rows: list[tuple[str, Rate]] = [(f"nothing, at level {row.level:g}", row) for row in scene.levels]
+    rows += [(f"the {part} part", row) for part, row in (("flat", scene.flat), ("noisy", scene.noisy)) if row]
+    counts = [f"  {what:<31} {row.count:4} of {row.trials}  {_percent(row)}" for what, row in rows]
     return [f"{name[0].upper()}{name[1:]}, changed:", *counts]
 
 
-def _percent(row: Mapping[str, Any]) -> str:
-    low, high = row["interval"]
-    return f"{100 * row['rate']:6.2f} %  (95 % interval {100 * low:.2f} to {100 * high:.2f} %)"
+def _percent(row: "Rate") -> str:
+    low, high = row.interval
+    return f"{100 * row.rate:6.2f} %  (95 % interval {100 * low:.2f} to {100 * high:.2f} %)"

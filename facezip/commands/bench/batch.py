@@ -5,11 +5,11 @@ import os
 import signal
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Event, Thread
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
@@ -18,9 +18,10 @@ from facezip.character.loading import save_character
 from facezip.commands import options
 from facezip.commands.batch import compress_unless_finished
 from facezip.commands.fit_options import DEFAULTS, request_of
+from facezip.documents.document import Document
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.fit.pipeline import compress_into
-from facezip.machine.conditions import conditions
+from facezip.machine.conditions import Conditions, conditions
 from facezip.machine.progress import track
 from facezip.pack.verification import verify_pack
 
@@ -35,6 +36,70 @@ LEAN = {
 }
 # How often the killer looks whether half of the packs are there.
 INTERVAL = 0.01
+
+
+@dataclass(frozen=True, kw_only=True)
+class IdenticalPacks:
+    """How many packs verify and have the bytes of those made one by one, by run."""
+
+    pool: int
+    dask: int
+    killed: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class BatchBench:
+    """Four runs over the same characters.
+
+    Attributes
+    ----------
+    serial_s, pool_s, dask_s, killed_s : wall time: one by one, by the process pool, by dask, and with a worker killed.
+    serial_cpu_s, pool_cpu_s, dask_cpu_s, killed_cpu_s : processor time of the same.
+    overhead, overhead_cpu : of dask over the pool, as shares.
+    workers_killed : how many.
+    identical : packs of each run that are as they should be.
+    """
+
+    serial_s: float
+    serial_cpu_s: float
+    pool_s: float
+    pool_cpu_s: float
+    dask_s: float
+    dask_cpu_s: float
+    killed_s: float
+    killed_cpu_s: float
+    overhead: float
+    overhead_cpu: float
+    workers_killed: int
+    identical: IdenticalPacks
+
+
+@dataclass(frozen=True, kw_only=True)
+class BatchBenchConditions(Conditions):
+    """What was compressed by whom, and the runs in words."""
+
+    character: str
+    characters: int
+    resolution: tuple[int, int]
+    expressions: int
+    workers: int
+    threads_per_worker: int
+    serial: str
+    dask: str
+    killed: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class BatchBenchDocument(BatchBench, Document):
+    """A dask cluster beside the process pool, and what a killed worker costs.
+
+    Attributes
+    ----------
+    conditions : how it was measured.
+    """
+
+    format: Literal["facezip-bench-batch/1"] = "facezip-bench-batch/1"
+    conditions: BatchBenchConditions
 
 
 @click.command("batch")
@@ -53,19 +118,20 @@ def command(characters: int, resolution: int, expressions: int, workers: int, as
     """
     with TemporaryDirectory(prefix="facezip-bench-") as place:
         work = Path(place)
-        document = _measured(work, _made(work / "scans", characters, resolution, expressions, workers), workers)
-    document["conditions"] = {
-        **conditions(("facezip", "numpy", "numba", "distributed")),
-        "character": "embedded, one seed each",
-        "characters": characters,
-        "resolution": [resolution, resolution],
-        "expressions": expressions,
-        "workers": workers,
-        "threads_per_worker": 1,
-        "serial": "in one process, all cores",
-        "dask": "its settings as docs/batch.md has them",
-        "killed": "SIGKILL to one worker once half of the packs are finished",
-    }
+        found = _measured(work, _made(work / "scans", characters, resolution, expressions, workers), workers)
+    about = BatchBenchConditions(
+        **vars(conditions(("facezip", "numpy", "numba", "distributed"))),
+        character="embedded, one seed each",
+        characters=characters,
+        resolution=(resolution, resolution),
+        expressions=expressions,
+        workers=workers,
+        threads_per_worker=1,
+        serial="in one process, all cores",
+        dask="its settings as docs/batch.md has them",
+        killed="SIGKILL to one worker once half of the packs are finished",
+    )
+    document = BatchBenchDocument(**vars(found), conditions=about)
     options.answer(document, as_json, lambda: _lines(document))
 
 
@@ -84,7 +150,7 @@ def _made(place: Path, characters: int, resolution: int, expressions: int, worke
     return list(folders.values())
 
 
-def _measured(work: Path, scans: list[Path], workers: int) -> dict[str, Any]:
+def _measured(work: Path, scans: list[Path], workers: int) -> BatchBench:
     settings = DEFAULTS
     seconds: dict[str, float] = {}
     with _clocked(seconds, "serial"):
@@ -102,13 +168,13 @@ def _measured(work: Path, scans: list[Path], workers: int) -> dict[str, Any]:
     ):
         _compress(hands, scans, work / "killed", settings)
     same = {run: _equal(work / run, work / "serial", scans) for run in ("pool", "dask", "killed")}
-    return {
+    return BatchBench(
         **{name: round(value, 3) for name, value in seconds.items()},
-        "overhead": round(seconds["dask_s"] / seconds["pool_s"] - 1, 4),
-        "overhead_cpu": round(seconds["dask_cpu_s"] / seconds["pool_cpu_s"] - 1, 4),
-        "workers_killed": len(killed),
-        "identical": same,
-    }
+        overhead=round(seconds["dask_s"] / seconds["pool_s"] - 1, 4),
+        overhead_cpu=round(seconds["dask_cpu_s"] / seconds["pool_cpu_s"] - 1, 4),
+        workers_killed=len(killed),
+        identical=IdenticalPacks(**same),
+    )
 
 
 @contextmanager
@@ -184,15 +250,15 @@ def _same_pack(one: Path, other: Path) -> bool:
     return alike and all((one / name).read_bytes() == (other / name).read_bytes() for name in names)
 
 
-def _lines(document: Mapping[str, Any]) -> list[str]:
-    about, same = document["conditions"], document["identical"]
-    count = about["characters"]
+def _lines(document: BatchBenchDocument) -> list[str]:
+    about, same = document.conditions, document.identical
+    count = about.characters
     return [
-        f"{count} characters of {about['resolution'][0]}², {about['expressions']} expressions each, "
-        f"{about['workers']} workers of one thread",
-        f"  one by one       {document['serial_s']:8.2f} s  ({about['serial']})",
-        f"  process pool     {document['pool_s']:8.2f} s  {same['pool']} of {count} packs as one by one",
-        f"  dask             {document['dask_s']:8.2f} s  {same['dask']} of {count}; overhead "
-        f"{document['overhead']:+.1%}, of processor time {document['overhead_cpu']:+.1%}",
-        f"  a worker killed  {document['killed_s']:8.2f} s  {same['killed']} of {count}",
+        f"{count} characters of {about.resolution[0]}², {about.expressions} expressions each, "
+        f"{about.workers} workers of one thread",
+        f"  one by one       {document.serial_s:8.2f} s  ({about.serial})",
+        f"  process pool     {document.pool_s:8.2f} s  {same.pool} of {count} packs as one by one",
+        f"  dask             {document.dask_s:8.2f} s  {same.dask} of {count}; overhead "
+        f"{document.overhead:+.1%}, of processor time {document.overhead_cpu:+.1%}",
+        f"  a worker killed  {document.killed_s:8.2f} s  {same.killed} of {count}",
     ]

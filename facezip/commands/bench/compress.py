@@ -1,9 +1,9 @@
 """``facezip bench compress``: how long the main job takes, as a ratio to what it cannot do without."""
 
-from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Literal
 
 import click
 
@@ -11,12 +11,43 @@ from facezip.character.loading import load_character, save_character
 from facezip.character.scans import Character
 from facezip.commands import options
 from facezip.commands.words import megabytes
-from facezip.fit.timing import bench_compress
-from facezip.machine.conditions import conditions
+from facezip.documents.document import Document
+from facezip.fit.timing import CompressBench, bench_compress
+from facezip.machine.conditions import Conditions, conditions
 
 LIBRARIES = ("facezip", "numpy", "numba", "OpenImageIO")
 # Compiles the same kernels as any size.
 TINY = 64
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompressBenchConditions(Conditions):
+    """What was compressed, and in words how it was measured; ``seed`` is null of scans, ``memory`` without a limit."""
+
+    character: str
+    resolution: tuple[int, int]
+    expressions: int
+    channels: int
+    texels: str
+    seed: int | None
+    method: str
+    memory: int | None
+    io: str
+    statistic: str
+    kernels: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompressBenchDocument(CompressBench, Document):
+    """How long the main job takes beside decoding and encoding its images.
+
+    Attributes
+    ----------
+    conditions : how it was measured.
+    """
+
+    format: Literal["facezip-bench-compress/1"] = "facezip-bench-compress/1"
+    conditions: CompressBenchConditions
 
 
 @click.command("compress")
@@ -48,21 +79,22 @@ def command(
         work = Path(place)
         scans = load_character(character) if character else _embedded(work, resolution, expressions, seed)
         save_character(reduced(scans, TINY), work / "tiny")
-        document = bench_compress(character or work / "character", work / "tiny", work, repeats, memory)
-    document["conditions"] = {
-        **conditions(LIBRARIES),
-        "character": scans.name if character else "embedded",
-        "resolution": list(scans.first.resolution),
-        "expressions": len(scans.expressions),
-        "channels": scans.first.neutral.shape[2],
-        "texels": str(scans.first.neutral.dtype),
-        "seed": None if character else seed,
-        "method": "facezip compress with its defaults",
-        "memory": memory,
-        "io": "the same images decoded and encoded on all cores by the same functions, after each run",
-        "statistic": f"the run of median ratio of {repeats}; peak memory of the first",
-        "kernels": "compiled before, by a tiny run in another process; loaded in the first run",
-    }
+        found = bench_compress(character or work / "character", work / "tiny", work, repeats, memory)
+    about = CompressBenchConditions(
+        **vars(conditions(LIBRARIES)),
+        character=scans.name if character else "embedded",
+        resolution=scans.first.resolution,
+        expressions=len(scans.expressions),
+        channels=scans.first.channels,
+        texels=str(scans.first.neutral.dtype),
+        seed=None if character else seed,
+        method="facezip compress with its defaults",
+        memory=memory,
+        io="the same images decoded and encoded on all cores by the same functions, after each run",
+        statistic=f"the run of median ratio of {repeats}; peak memory of the first",
+        kernels="compiled before, by a tiny run in another process; loaded in the first run",
+    )
+    document = CompressBenchDocument(**vars(found), conditions=about)
     options.answer(document, as_json, lambda: _lines(document))
 
 
@@ -74,15 +106,16 @@ def _embedded(work: Path, resolution: int, expressions: int, seed: int) -> Chara
     return scans
 
 
-def _lines(document: Mapping[str, Any]) -> list[str]:
-    height, width = document["conditions"]["resolution"]
+def _lines(document: CompressBenchDocument) -> list[str]:
+    about = document.conditions
+    height, width = about.resolution
     parts = ("load", "check", "fit", "write", "measure"), ("decode", "encode")
-    whole, images = (", ".join(f"{part} {document[f'{part}_s']:.2f}" for part in some) for some in parts)
+    whole, images = (", ".join(f"{part} {getattr(document, f'{part}_s'):.2f}" for part in some) for some in parts)
     return [
-        f"{document['conditions']['expressions']} expressions of {width} x {height} texels, "
-        f"RMSE {document['rmse']:.2f} of 255 in {megabytes(document['bytes_on_gpu'])} at 8 bits a channel",
-        f"  compress     {document['total_s']:8.2f} s  ({whole})",
-        f"  its images   {document['io_s']:8.2f} s  ({images})",
-        f"  ratio        {document['ratio']:8.2f}    ({document['conditions']['statistic']})",
-        f"  peak memory  {document['peak_memory_mb']:8.0f} MB",
+        f"{about.expressions} expressions of {width} x {height} texels, "
+        f"RMSE {document.rmse:.2f} of 255 in {megabytes(document.bytes_on_gpu)} at 8 bits a channel",
+        f"  compress     {document.total_s:8.2f} s  ({whole})",
+        f"  its images   {document.io_s:8.2f} s  ({images})",
+        f"  ratio        {document.ratio:8.2f}    ({about.statistic})",
+        f"  peak memory  {document.peak_memory_mb:8.0f} MB",
     ]

@@ -1,8 +1,9 @@
 """``facezip bench maps``: weight maps that several maps share, beside one fit for each."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Literal
 
 import click
 
@@ -10,8 +11,40 @@ from facezip.character.loading import load_character
 from facezip.character.scans import Character
 from facezip.commands import options
 from facezip.commands.words import megabytes
-from facezip.fit.sharing import compare_sharing
-from facezip.machine.conditions import conditions
+from facezip.documents.document import Document
+from facezip.fit.sharing import Way, compare_sharing
+from facezip.machine.conditions import Conditions, conditions
+from facezip.pack.errors import MapErrors
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapsBenchConditions(Conditions):
+    """What was fitted; ``seed`` and ``nuisances`` are null of scans."""
+
+    character: str
+    resolution: tuple[int, int]
+    tiles: Sequence[int]
+    expressions: int
+    seed: int | None
+    nuisances: float | None
+    map_weights: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapsBenchDocument(Document):
+    """Weight maps that several maps share, beside one fit for each.
+
+    Attributes
+    ----------
+    maps : of the character.
+    ways : to fit them.
+    conditions : how it was measured.
+    """
+
+    format: Literal["facezip-bench-maps/1"] = "facezip-bench-maps/1"
+    maps: Sequence[str]
+    ways: Sequence[Way]
+    conditions: MapsBenchConditions
 
 
 @click.command("maps")
@@ -36,20 +69,20 @@ def command(
     """
     options.check_embedded(character, "resolution", "expressions", "seed", "nuisances")
     scans = load_character(character) if character else _embedded(resolution, expressions, seed, nuisances)
-    document = {
-        "maps": [kind.name for kind in scans.maps],
-        "ways": compare_sharing(scans),
-        "conditions": {
-            **conditions(("facezip", "numpy", "numba")),
-            "character": scans.name if character else "embedded",
-            "resolution": list(scans.first.resolution),
-            "tiles": list(scans.tiles),
-            "expressions": len(scans.expressions),
-            "seed": None if character else seed,
-            "nuisances": None if character else nuisances,
-            "map_weights": "1 each: the differences of every map count alike in sum",
-        },
-    }
+    document = MapsBenchDocument(
+        maps=[kind.name for kind in scans.maps],
+        ways=compare_sharing(scans),
+        conditions=MapsBenchConditions(
+            **vars(conditions(("facezip", "numpy", "numba"))),
+            character=scans.name if character else "embedded",
+            resolution=scans.first.resolution,
+            tiles=scans.tiles,
+            expressions=len(scans.expressions),
+            seed=None if character else seed,
+            nuisances=None if character else nuisances,
+            map_weights="1 each: the differences of every map count alike in sum",
+        ),
+    )
     options.answer(document, as_json, lambda: _lines(document))
 
 
@@ -60,19 +93,19 @@ def _embedded(resolution: int, expressions: int, seed: int, nuisances: float) ->
     return make_character(resolution, expressions, seed, nuisances, maps=MAPS[:2])
 
 
-def _lines(document: Mapping[str, Any]) -> list[str]:
-    names, stated = document["maps"], document["conditions"]
+def _lines(document: MapsBenchDocument) -> list[str]:
+    names, stated = document.maps, document.conditions
     lines = [
-        f"{stated['expressions']} expressions of {stated['resolution'][1]} x {stated['resolution'][0]} texels; "
-        f"uncompressed {megabytes(document['ways'][0]['bytes_raw'])}",
+        f"{stated.expressions} expressions of {stated.resolution[1]} x {stated.resolution[0]} texels; "
+        f"uncompressed {megabytes(document.ways[0].bytes_raw)}",
         f"  {'':24} {'GPU':>9} {'fetches':>8} {'packed':>7}" + "".join(f"{name:>12}" for name in names),
     ]
-    for way in document["ways"]:
-        errors = "".join(f"{_shown(way['errors'][name]):>12}" for name in names)
-        size = megabytes(way["bytes_on_gpu"])
-        lines.append(f"  {way['way']:24} {size:>9} {way['fetches']:>8} {way['fetches_packed']:>7}{errors}")
+    for way in document.ways:
+        errors = "".join(f"{_shown(way.errors[name]):>12}" for name in names)
+        size = megabytes(way.bytes_on_gpu)
+        lines.append(f"  {way.way:24} {size:>9} {way.fetches:>8} {way.fetches_packed:>7}{errors}")
     return [*lines, "  RMSE of 255 inside the mask; normals: mean angle in degrees"]
 
 
-def _shown(found: Mapping[str, Any]) -> str:
-    return f"{found['angular_error']:.3f}°" if "angular_error" in found else f"{found['rmse']:.3f}"
+def _shown(found: MapErrors) -> str:
+    return f"{found.mean:.3f}{'°' * found.is_angular}"

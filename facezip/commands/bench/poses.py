@@ -1,8 +1,9 @@
 """The renders that ``bench render`` and ``bench metrics`` share: their options, textures and conditions."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -10,7 +11,9 @@ from facezip.character.loading import load_character
 from facezip.character.scans import Character
 from facezip.commands import options
 from facezip.fit.methods import compress
-from facezip.machine.conditions import conditions
+from facezip.machine.conditions import Conditions, conditions
+from render.limits import Thresholds
+from scenes.cameras import View
 
 if TYPE_CHECKING:
     from render.bench import Pose
@@ -18,6 +21,25 @@ if TYPE_CHECKING:
 
 LIBRARIES = ("facezip", "mitsuba", "drjit", "numpy", "numba")
 TEXELS = 512
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchConditions(Conditions):
+    """The machine, what was rendered, and how."""
+
+    views: Sequence[View]
+    lights: Sequence[str]
+    material: str
+    transport: str
+    resolution: int
+    spp: int
+    max_spp: int
+    seed: int
+    thresholds: Thresholds
+    character: str
+    texels: tuple[int, int]
+    expressions: int
+    packs: int
 
 
 def shot_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -55,13 +77,13 @@ def make_poses(character: Path | None, packs: int, expressions: int, seed: int) 
     ]
 
 
-def stated(scans: Character, poses: "list[Pose]", settings: "Settings") -> dict[str, Any]:
+def stated(scans: Character, poses: "list[Pose]", settings: "Settings") -> BenchConditions:
     """The conditions of every number: machine, versions, settings, and what is rendered."""
-    return {
-        **conditions(LIBRARIES),
-        **settings.resolved,
-        "character": scans.name,
-        "texels": list(scans.first.resolution),
-        "expressions": len(poses),
-        "packs": len(poses[0].textures) - 1,
-    }
+    return BenchConditions(
+        **vars(conditions(LIBRARIES)),
+        **vars(settings.resolved),
+        character=scans.name,
+        texels=scans.first.resolution,
+        expressions=len(poses),
+        packs=len(poses[0].textures) - 1,
+    )

@@ -1,10 +1,10 @@
 """``facezip bench scaling``: how the main job's time grows with the size of the textures."""
 
 import shlex
-from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -15,6 +15,9 @@ from facezip.files.writing import whole_folder
 from facezip.fit.refine import alternations
 from facezip.fit.timing import bench_compress
 from facezip.machine.conditions import conditions
+
+if TYPE_CHECKING:
+    from reports.scaling import ScalingDocument, ScalingSize
 
 REPORT_FILE = "scaling.json"
 SIDES = (512, 1024, 2048, 4096)
@@ -52,38 +55,38 @@ def command(
 
     Each size as `facezip bench compress` measures it, in a fresh process. DIR/scaling.json holds every number.
     """
-    from reports.scaling import write_scaling_report
+    from reports.scaling import Heading, ScalingConditions, ScalingDocument, write_scaling_report
 
     sides = sorted(set(resolutions))
     with whole_folder(output, overwrite, lambda folder: (folder / REPORT_FILE).is_file()) as folder:
         sizes = [_measured(side, expressions, seed, repeats, memory) for side in sides]
-        cost = [one["seconds_per_megatexel"] for one in sizes]
-        document = {
-            "format": "facezip-scaling/1",
-            "character": {"name": "Seconds per megatexel"},
-            "sizes": sizes,
-            "factor": max(cost) / min(cost),
-            "conditions": {
-                **conditions(LIBRARIES),
-                "character": "embedded",
-                "expressions": expressions,
-                "seed": seed,
-                "memory": "no limit" if memory is None else f"{memory / 1e6:.0f} MB",
-                "method": "facezip compress with its defaults",
-                "statistic": f"the run of median ratio of {repeats} at each size",
-            },
-            "command": f"facezip bench scaling -o {shlex.quote(str(output))} "
+        cost = [one.seconds_per_megatexel for one in sizes]
+        document = ScalingDocument(
+            character=Heading(name="Seconds per megatexel"),
+            sizes=sizes,
+            factor=max(cost) / min(cost),
+            conditions=ScalingConditions(
+                **vars(conditions(LIBRARIES)),
+                character="embedded",
+                expressions=expressions,
+                seed=seed,
+                memory="no limit" if memory is None else f"{memory / 1e6:.0f} MB",
+                method="facezip compress with its defaults",
+                statistic=f"the run of median ratio of {repeats} at each size",
+            ),
+            command=f"facezip bench scaling -o {shlex.quote(str(output))} "
             + " ".join(f"--resolution {side}" for side in sides)
             + f" --expressions {expressions} --seed {seed} --repeats {repeats}"
             + ("" if memory is None else f" --memory {memory / 1e6:.0f}M"),
-        }
+        )
         write_scaling_report(document, folder)
-    answer = {**document, "output": str(output), "report": str(output / "index.html")}
+    answer = replace(document, output=str(output), report=str(output / "index.html"))
     options.answer(answer, as_json, lambda: _lines(answer))
 
 
-def _measured(side: int, expressions: int, seed: int, repeats: int, memory: int | None) -> dict[str, Any]:
+def _measured(side: int, expressions: int, seed: int, repeats: int, memory: int | None) -> "ScalingSize":
     """What :func:`facezip.fit.timing.bench_compress` finds at one size, and its cost."""
+    from reports.scaling import ScalingSize
     from scenes.character import make_character
 
     with TemporaryDirectory(prefix="facezip-bench-") as place:
@@ -92,23 +95,23 @@ def _measured(side: int, expressions: int, seed: int, repeats: int, memory: int 
             save_character(make_character(texels, expressions, seed), work / name)
         found = bench_compress(work / "character", work / "tiny", work, repeats, memory)
     megatexels = side * side / 1e6
-    return {
-        "resolution": side,
-        **found,
-        "seconds_per_megatexel": found["total_s"] / megatexels,
-        "alternations": alternations(side * side),
-        "alternation_s": found["fit_s"] / alternations(side * side),
-    }
+    return ScalingSize(
+        resolution=side,
+        **vars(found),
+        seconds_per_megatexel=found.total_s / megatexels,
+        alternations=alternations(side * side),
+        alternation_s=found.fit_s / alternations(side * side),
+    )
 
 
-def _lines(answer: Mapping[str, Any]) -> list[str]:
+def _lines(answer: "ScalingDocument") -> list[str]:
     sizes = [
-        f"  {one['resolution']:>5}²  {one['total_s']:8.2f} s  {one['seconds_per_megatexel']:6.2f} s per megatexel, "
-        f"{one['ratio']:.2f} times its images, peak {one['peak_memory_mb']:.0f} MB"
-        for one in answer["sizes"]
+        f"  {one.resolution:>5}²  {one.total_s:8.2f} s  {one.seconds_per_megatexel:6.2f} s per megatexel, "
+        f"{one.ratio:.2f} times its images, peak {one.peak_memory_mb:.0f} MB"
+        for one in answer.sizes
     ]
     return [
-        f"{answer['conditions']['expressions']} expressions: dearest megatexel {answer['factor']:.2f} x the cheapest",
+        f"{answer.conditions.expressions} expressions: dearest megatexel {answer.factor:.2f} x the cheapest",
         *sizes,
-        f"  open {answer['report']}",
+        f"  open {answer.report}",
     ]

@@ -1,13 +1,10 @@
 """``facezip bench shader``: what a blend costs on the GPU of this machine."""
 
-from collections.abc import Mapping
-from typing import Any
-
 import click
 
 from facezip.commands import options
 from facezip.commands.words import megabytes
-from facezip.export.timing import bench_shader
+from facezip.export.timing import DeviceFacts, ShaderDocument, bench_shader
 
 
 def _multiple(context: click.Context, option: click.Parameter, value: int) -> int:
@@ -49,25 +46,25 @@ def command(resolution: int, counts: tuple[int, ...], device: int | None, repeat
     options.answer(document, as_json, lambda: _lines(document))
 
 
-def _lines(document: Mapping[str, Any]) -> list[str]:
-    device, few, about = document["device"], document["few"], document["conditions"]
-    kind = "software, on the processor: no GPU was measured" if device["software"] else "GPU"
-    lines = [f"{device['renderer']} ({kind}), OpenGL {device['version']}, EGL's device {device['index']}"]
-    others = [one for one in document["devices"] if one["index"] != device["index"]]
-    lines += [f"  also here: device {one['index']}, {_state(one)}" for one in others]
-    lines.append(f"{document['resolution']}² pixels, one texel each; {about['statistic']}, by {about['timer']}")
-    for row in document["rows"]:
-        ours, theirs = megabytes(row["bytes"]), megabytes(row["bytes_textures"])
-        some = min(few, row["expressions"])
+def _lines(document: ShaderDocument) -> list[str]:
+    device, few, about = document.device, document.few, document.conditions
+    kind = "software, on the processor: no GPU was measured" if device.software else "GPU"
+    lines = [f"{device.renderer} ({kind}), OpenGL {device.version}, EGL's device {device.index}"]
+    others = [one for one in document.devices if one.index != device.index]
+    lines += [f"  also here: device {one.index}, {_state(one)}" for one in others]
+    lines.append(f"{document.resolution}² pixels, one texel each; {about.statistic}, by {about.timer}")
+    for row in document.rows:
+        ours, theirs = megabytes(row.bytes), megabytes(row.bytes_textures)
+        some = min(few, row.expressions)
         lines += [
-            f"  {row['expressions']} expressions, {ours} instead of {theirs}",
-            f"    pre-pass and {row['fetches']} fetches  {row['facezip_ms']:10.4f} ms  "
-            f"({row['prepass_ms']:.4f} and {row['blend_ms']:.4f})",
-            f"    every texture at work   {row['textures_ms']:10.4f} ms  FaceZip takes {row['ratio']:.2f} of it",
-            f"    {some} of them at work     {row['textures_few_ms']:10.4f} ms  {row['ratio_few']:.2f}",
+            f"  {row.expressions} expressions, {ours} instead of {theirs}",
+            f"    pre-pass and {row.fetches} fetches  {row.facezip_ms:10.4f} ms  "
+            f"({row.prepass_ms:.4f} and {row.blend_ms:.4f})",
+            f"    every texture at work   {row.textures_ms:10.4f} ms  FaceZip takes {row.ratio:.2f} of it",
+            f"    {some} of them at work     {row.textures_few_ms:10.4f} ms  {row.ratio_few:.2f}",
         ]
     return lines
 
 
-def _state(device: Mapping[str, Any]) -> str:
-    return f"which cannot be used: {device['fault']}" if device["fault"] else device["renderer"]
+def _state(device: DeviceFacts) -> str:
+    return f"which cannot be used: {device.fault}" if device.fault else device.renderer

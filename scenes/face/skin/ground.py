@@ -1,6 +1,6 @@
-"""The relief of the neutral skin: pores, grain and creases of the lips, as deep as they are, and how skin shines there.
+"""The relief of the neutral skin, as deep as it is: pores, lattice, furrows of the lips, hair; and how skin shines.
 
-It lies where the albedo of :mod:`scenes.face.skin.albedo` has its pores.
+It lies where the albedo of :mod:`scenes.face.skin.albedo` has its pores and its hair.
 """
 
 from dataclasses import dataclass
@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 from facezip.machine.kernels import inner, kernel
 from facezip.machine.rows import map_rows
 from scenes.face.features import LID_HALF_WIDTH, MOUTH_HALF_WIDTH, Rows
-from scenes.face.head import Head
-from scenes.face.skin.albedo import EYE_X, EYE_Y
-from scenes.face.skin.gloss import WET, hollow, roughness, specular
-from scenes.face.skin.noise import cells, fractal, smooth
+from scenes.face.skin.albedo import lip_furrow
+from scenes.face.skin.eye import EYE_X, eye_height
+from scenes.face.skin.gloss import EYE, MOUTH, hollow, roughness, specular
+from scenes.face.skin.noise import fractal, smooth, two_cells
 from scenes.face.skin.sampling import TexelGrid, at_texel
-from scenes.face.skin.zones import bump, lips
+from scenes.face.skin.zones import bump, lips, pore_size
+
+# How far a hair stands off the skin, cm.
+HAIR_HEIGHT = 0.006
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,27 +28,22 @@ class Ground:
 
     Attributes
     ----------
-    texels : where it lies on the head.
-    height : ``(R, R)`` float32, cm, of pores and grain.
+    height : ``(R, R)`` float32, cm, of pores, grain and hair.
     gloss : ``(R, R, 3)`` float32: roughness, specular, and what hollows larger than the relief let out.
     skin : ``(R, R)``, false on eyes and in the mouth, where nothing folds.
-    seed : which person.
     """
 
-    texels: TexelGrid
     height: NDArray[np.float32]
     gloss: NDArray[np.float32]
     skin: NDArray[np.bool_]
-    seed: int
 
     @staticmethod
-    def of(head: Head, resolution: int, seed: int) -> "Ground":
-        """The person with this seed, on ``resolution`` x ``resolution`` texels."""
-        texels, square = TexelGrid.of(head, resolution), (resolution, resolution)
-        height, gloss = np.empty(square, np.float32), np.empty((*square, 3), np.float32)
-        skin = np.ones(square, np.bool_)
-        map_rows(lambda top, bottom: _lay(top, bottom, texels, head.rows, seed, height, gloss, skin), resolution)
-        return Ground(texels, height, gloss, skin, seed)
+    def of(rows: Rows, texels: TexelGrid, seed: int, hair: NDArray[np.float32]) -> "Ground":
+        """That of a person; ``hair`` ``(R, R)`` is how much of a texel it covers."""
+        height, gloss = np.empty(hair.shape, np.float32), np.empty((*hair.shape, 3), np.float32)
+        skin = np.ones(hair.shape, np.bool_)
+        map_rows(lambda top, bottom: _lay(top, bottom, texels, rows, seed, hair, height, gloss, skin), len(hair))
+        return Ground(height, gloss, skin)
 
 
 @kernel()
@@ -55,6 +53,7 @@ def _lay(
     texels: TexelGrid,
     rows: Rows,
     seed: int,
+    hair: NDArray[np.float32],
     height: NDArray[np.float32],
     gloss: NDArray[np.float32],
     skin: NDArray[np.bool_],
@@ -68,36 +67,36 @@ def _lay(
             eye = z > 4 and rows.lower_lid - 0.4 < row < rows.upper_lid + 0.4 and abs(abs(x) - EYE_X) < LID_HALF_WIDTH
             mouth = z > 4 and rows.lower_lip + 0.5 < row < rows.upper_lip - 0.5 and abs(x) < MOUTH_HALF_WIDTH
             if eye or mouth:
-                height[j, i] = _eye(abs(x) - EYE_X, y - EYE_Y) if eye else 0.0
-                skin[j, i], gloss[j, i, 0], gloss[j, i, 1] = False, WET[0], WET[1]
+                height[j, i] = eye_height(x, y) if eye else 0.0
+                wet = EYE if eye else MOUTH
+                skin[j, i], gloss[j, i, 0], gloss[j, i, 1] = False, wet[0], wet[1]
                 gloss[j, i, 2] = 0.4 if mouth else 1.0
                 continue
-            height[j, i] = _grain(x, y, z, texels.texel, seed)
-            gloss[j, i, 0] = roughness(x, y, z, texels.texel, seed)
-            gloss[j, i, 1] = specular(x, y, z, texels.texel, seed)
+            height[j, i] = _grain(x, y, z, texels.texel, seed) + HAIR_HEIGHT * hair[j, i]
+            # Hair scatters what the skin beneath it would mirror.
+            gloss[j, i, 0] = roughness(x, y, z, texels.texel, seed) + 0.06 * hair[j, i]
+            gloss[j, i, 1] = specular(x, y, z, texels.texel, seed) - 0.20 * hair[j, i]
             gloss[j, i, 2] = 1 - hollow(x, y, z)
 
 
 @inner()
-def _eye(dx: float, dy: float) -> float:
-    """A ball is rounder than the mesh of the eye, which bulges from lid to lid alone; the cornea stands out of it."""
-    return 0.10 * np.exp(-(dx * dx + dy * dy) / 0.5**2) - 0.16 * dx * dx
-
-
-@inner()
 def _grain(x: float, y: float, z: float, texel: float, seed: int) -> float:
-    """Pores, grain and creases of the lips, in cm."""
-    cheek = bump(x, y, 2.2, -2.6, 2.0, 1.6)
-    total = 0.0045 * fractal(x, y, z, 0.34, 2, texel, seed + 51)
-    total += (0.0040 + 0.0015 * cheek) * fractal(x, y, z, 0.16, 3, texel, seed + 53)
-    size = 0.105 + 0.03 * bump(x, y, 1.8, -2.6, 2.2, 1.6)
+    """Pores, the lattice of fine lines between them, and furrows of the lips, in cm."""
+    size, deep = pore_size(x, y, z)
+    # Lines of the forehead and the throat lie across, so cells of the lattice are wider than high there.
+    wide = 1 - 0.35 * min(bump(x, y, 0.0, 5.2, 4.5, 2.2) + smooth(-10.5, -12.0, y), 1.0)
+    total = 0.0035 * fractal(x, y, z, 0.42, 2, texel, seed + 51)
+    total += 0.0040 * fractal(x * wide, y, z, 0.15, 3, texel, seed + 53)
     visible = smooth(1.2 * texel, 3.0 * texel, size)
     if visible > 0:
-        near, number = cells(x, y, z, size, seed + 71)
-        deep = 0.004 + 0.004 * bump(x, y, 1.2, -2.6, 2.2, 1.8)
-        total -= deep * visible * (0.4 + 0.6 * number) * smooth(0.42, 0.08, near)
+        near, second, number = two_cells(x * wide, y, z, size, seed + 71)
+        total -= visible * (0.0022 + 0.0048 * deep) * (0.3 + 0.7 * number) * smooth(0.40, 0.10, near)
+        total -= visible * 0.0028 * (1 - 0.55 * deep) * smooth(0.16, 0.0, second - near)
+    chin = bump(x, y, 0.0, -8.9, 1.6, 1.0)
+    if chin > 0.02:
+        total += 0.010 * chin * fractal(x, y, z, 0.34, 2, texel, seed + 57)
     lip = lips(x, y, z)
     if lip > 0:
-        total *= 1 - 0.7 * lip
-        total += 0.014 * lip * fractal(7.5 * x, 1.1 * y, 0.8 * z, 1.0, 3, 7.5 * texel, seed + 181)
+        total *= 1 - 0.6 * lip
+        total -= 0.014 * lip * lip_furrow(x, y, z, texel, seed)
     return total

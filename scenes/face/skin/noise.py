@@ -54,9 +54,16 @@ def fractal(x: float, y: float, z: float, wavelength: float, octaves: int, texel
 @kernel()
 def cells(x: float, y: float, z: float, size: float, seed: int) -> tuple[float, float]:
     """Distance (in cells) to the nearest of scattered points, one a cell of ``size`` cm, and that point's number."""
+    nearest, _, number = two_cells(x, y, z, size, seed)
+    return nearest, number
+
+
+@inner()
+def two_cells(x: float, y: float, z: float, size: float, seed: int) -> tuple[float, float, float]:
+    """As :func:`cells`, with the distance to the second nearest point between: where both are equal, cells meet."""
     x, y, z = x / size, y / size, z / size
     i, j, k = int(np.floor(x)), int(np.floor(y)), int(np.floor(z))
-    nearest, number = 9.0, 0.0
+    nearest, second, number = 9.0, 9.0, 0.0
     for a in range(i - 1, i + 2):
         for b in range(j - 1, j + 2):
             for c in range(k - 1, k + 2):
@@ -65,5 +72,7 @@ def cells(x: float, y: float, z: float, size: float, seed: int) -> tuple[float, 
                 dz = c + hashed(a, b, c, seed + 2) - z
                 d = dx * dx + dy * dy + dz * dz
                 if d < nearest:
-                    nearest, number = d, hashed(a, b, c, seed + 3)
-    return np.sqrt(nearest), number
+                    nearest, second, number = d, nearest, hashed(a, b, c, seed + 3)
+                elif d < second:
+                    second = d
+    return np.sqrt(nearest), np.sqrt(second), number

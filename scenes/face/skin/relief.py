@@ -1,7 +1,7 @@
 """The relief of the skin in millimetres and below: pores and grain of the neutral, folds of expressions.
 
 Its slopes are the normal map, its hollows the cavity map; with the oil of the skin it makes roughness and specular.
-Folds lie where :mod:`scenes.face.skin.wrinkles` darkens the albedo.
+Folds lie where :mod:`scenes.face.skin.wrinkles` darkens the albedo: valleys between ridges that catch the light.
 """
 
 from dataclasses import dataclass
@@ -12,16 +12,15 @@ from scipy.ndimage import gaussian_filter
 
 from facezip.machine.kernels import inner, kernel
 from facezip.machine.rows import map_rows
+from scenes.face.skin.creases import LAYERS, Creases, depths, profile
 from scenes.face.skin.ground import Ground
 from scenes.face.skin.sampling import TexelGrid, at_texel
 from scenes.face.skin.strain import Strain
-from scenes.face.skin.wrinkles import depth_of, fields_of, folds
-from scenes.face.skin.zones import propensity
 
 # Steeper folds shade themselves; no scan sees into them.
 STEEPEST = 1.2
-# Texels that a fold is seen with at least: slopes need more of them than colours do.
-SOFT = 1.5
+# How much of a highlight a fold of full depth keeps in its valley, besides what the relief around it does.
+SHADE = 0.35
 # How far around a point its surroundings reach (cm), and how deep below them (cm) two thirds of a highlight are gone.
 REACH, DEEP = 0.11, 0.022
 
@@ -44,14 +43,13 @@ class Relief:
     cavity: NDArray[np.float32]
 
 
-def relief(ground: Ground, skin_strain: Strain) -> Relief:
+def relief(ground: Ground, texels: TexelGrid, creases: Creases, skin_strain: Strain) -> Relief:
     """The relief of a person's skin under a strain."""
-    fields, height, gloss = fields_of(skin_strain), ground.height.copy(), ground.gloss.copy()
+    fields, height, gloss = skin_strain.fields, ground.height.copy(), ground.gloss.copy()
     slopes = np.empty((*height.shape, 2), np.float32)
-    texels = ground.texels
 
     def fold(top: int, bottom: int) -> None:
-        _fold(top, bottom, texels, fields, ground.seed, ground.skin, height, gloss)
+        _fold(top, bottom, texels, creases, fields, ground.skin, height, gloss)
 
     map_rows(fold, len(height))
     map_rows(lambda top, bottom: _incline(top, bottom, texels, ground.skin, height, slopes), len(height))
@@ -66,28 +64,38 @@ def _fold(
     top: int,
     bottom: int,
     texels: TexelGrid,
+    creases: Creases,
     fields: NDArray[np.float32],
-    seed: int,
     skin: NDArray[np.bool_],
     height: NDArray[np.float32],
     gloss: NDArray[np.float32],
 ) -> None:
-    p, f = np.empty(3), np.empty(8)
+    p, f = np.empty(3), np.empty(4)
     for j in range(top, bottom):
         for i in range(len(texels.column_of)):
             if not skin[j, i]:
                 continue
             at_texel(fields, texels.row_of[j], texels.column_of[i], f)
-            pressed, stretched = max(-f[1], 0.0), max(f[1], 0.0)
-            height[j, i] *= (1 + 0.8 * pressed) / (1 + 1.5 * stretched)
+            pressed, stretched = max(-f[3], 0.0), max(f[3], 0.0)
+            # Pressed skin crinkles, stretched skin is smooth and shines.
+            height[j, i] *= (1 + 1.6 * pressed) / (1 + 1.5 * stretched)
             rough = gloss[j, i, 0] + 0.06 * pressed - 0.14 * min(stretched, 1.0)
-            at_texel(texels.grid, texels.row_of[j], texels.column_of[i], p)
-            strength, spacing = propensity(p[0], p[1], p[2])
-            depth = depth_of(strength, f[0])
-            if depth > 0.01:
-                groove, ridge = folds(p, f, spacing, SOFT * texels.texel, seed)
-                height[j, i] += depth * spacing * (0.03 * ridge - 0.075 * groove)
-                rough += 0.08 * depth * groove
+            placed = False
+            for layer in range(LAYERS):
+                number = creases.nearest[layer, j, i]
+                if number < 0:
+                    continue
+                point = creases.points[number]
+                _, depth = depths(point, f)
+                if depth < 0.01:
+                    continue
+                if not placed:
+                    at_texel(texels.grid, texels.row_of[j], texels.column_of[i], p)
+                    placed = True
+                valley, ridge, width = profile(point, p, depth, texels.texel)
+                height[j, i] += point[11] * width * depth * (0.55 * ridge - 1.0 * valley)
+                rough += 0.08 * depth * valley
+                gloss[j, i, 2] *= 1 - SHADE * depth * valley
             gloss[j, i, 0] = min(max(rough, 0.1), 0.9)
 
 

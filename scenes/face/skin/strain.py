@@ -9,9 +9,6 @@ from scipy.ndimage import gaussian_filter
 from scenes.face.head import Head
 from scenes.face.skin.sampling import closed
 
-# Skin folds before it is compressed further than this.
-MOST = 0.6
-
 
 @dataclass(frozen=True, eq=False)
 class Strain:
@@ -19,35 +16,38 @@ class Strain:
 
     Attributes
     ----------
-    compression : ``(rows, columns)`` in [0, MOST], how much the surface shrinks along its most compressed direction.
-    line : ``(rows, columns, 3)`` unit vectors on the neutral surface, at right angles to that direction: where
-        wrinkles run. Signs are arbitrary.
-    area : ``(rows, columns)``, relative change of area, negative where blood is pressed together.
+    excess : ``(rows, columns, 3)`` float32, what the metric C = FᵀF has more than one: C₁₁ - 1, C₁₂, C₂₂ - 1 in the
+        frames of :func:`frames_of`; a unit vector u is stretched by √(1 + uᵀ excess u).
+    area : ``(rows, columns)`` float32, relative change of area, negative where blood is pressed together.
     """
 
-    compression: NDArray[np.float32]
-    line: NDArray[np.float32]
+    excess: NDArray[np.float32]
     area: NDArray[np.float32]
+
+    @property
+    def fields(self) -> NDArray[np.float32]:
+        """``(rows, columns, 4)``: all of it, to be interpolated."""
+        return np.concatenate([self.excess, self.area[..., None]], axis=2)
 
 
 def strain(head: Head, vertices: NDArray[np.float32]) -> Strain:
     """Strain of the head's skin for deformed ``vertices`` ``(V, 3)``; none on eyeballs and in the mouth."""
     before, after = (_tangents(closed(head, points).astype(np.float64)) for points in (head.vertices, vertices))
     frame = _frames(before)
-    # Tangents in the neutral's frame; F maps the neutral's to the deformed ones, C = FᵀF is its metric.
+    # Tangents in the neutral's frame; F maps the neutral's to the deformed ones.
     local = np.einsum("rcki,rcji->rckj", frame, before)
     deformation = np.einsum("rcji,rcjk->rcik", after, _inverse(local))
     metric = np.einsum("rcik,rcil->rckl", deformation, deformation)
-    skin = _skin(head)[..., None, None]
-    excess = _smoothed((metric - np.eye(2)) * skin, 1.0)
-    values = np.linalg.eigvalsh(excess)
-    # Folds keep their course over a longer way than the strain that raises them.
-    vectors = np.linalg.eigh(_smoothed(excess, 2.0)).eigenvectors
-    stretch = np.sqrt(np.maximum(1 + values, 0.05))
-    compression = np.clip(1 - stretch[..., 0], 0, MOST) * skin[..., 0, 0]
-    line = np.einsum("rck,rcki->rci", vectors[..., 1], frame)
-    area = (stretch.prod(axis=2) - 1) * skin[..., 0, 0]
-    return Strain(compression.astype(np.float32), line.astype(np.float32), area.astype(np.float32))
+    skin = skin_of(head)[..., None, None]
+    excess = _smoothed((metric - np.eye(2)) * skin) * skin
+    whole = np.maximum(np.linalg.det(np.eye(2) + excess), 0.0025)
+    upper = np.stack([excess[..., 0, 0], excess[..., 0, 1], excess[..., 1, 1]], axis=2)
+    return Strain(upper.astype(np.float32), (np.sqrt(whole) - 1).astype(np.float32))
+
+
+def frames_of(grid: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Orthonormal frames of the skin ``(rows, columns, 2, 3)`` over positions ``(rows, columns, 3)``."""
+    return _frames(_tangents(grid.astype(np.float64)))
 
 
 def _tangents(grid: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -71,7 +71,7 @@ def _inverse(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.moveaxis(scale * np.array([[d, -b], [-c, a]]), (0, 1), (-2, -1))
 
 
-def _skin(head: Head) -> NDArray[np.float64]:
+def skin_of(head: Head) -> NDArray[np.float64]:
     """1 on skin, 0 where rows cross an eye or fold into the mouth, where the grid is no surface that wrinkles."""
     rows = head.rows
     grid = closed(head, head.vertices)
@@ -87,6 +87,6 @@ def _skin(head: Head) -> NDArray[np.float64]:
     return skin
 
 
-def _smoothed(values: NDArray[np.float64], centimetres: float) -> NDArray[np.float64]:
+def _smoothed(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Skin is stiff: strain spreads over about a centimetre."""
-    return gaussian_filter(np.clip(values, -0.9, 1.5), (3.0 * centimetres, 4.0 * centimetres, 0, 0))
+    return gaussian_filter(np.clip(values, -0.9, 1.5), (3.0, 4.0, 0, 0))

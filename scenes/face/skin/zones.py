@@ -6,7 +6,7 @@ from facezip.machine.kernels import inner, kernel
 from scenes.face.skin.noise import smooth
 
 
-@inner()
+@kernel()
 def bump(x: float, y: float, cx: float, cy: float, rx: float, ry: float) -> float:
     """One at a centre, falling off as a Gaussian; x is folded to the left side."""
     return np.exp(-(((abs(x) - cx) / rx) ** 2) - ((y - cy) / ry) ** 2)
@@ -24,35 +24,63 @@ def lips(x: float, y: float, z: float) -> float:
     return smooth(0.10, -0.10, y - top) * smooth(-0.12, 0.12, y - bottom) * smooth(1.03, 0.93, s)
 
 
-@inner()
-def scalp(x: float, y: float, z: float) -> float:
-    """The shaved scalp: above the hairline, before and behind the ears down to the nape."""
-    front = 7.5 - 0.035 * x * x
+@kernel()
+def ear(x: float, y: float, z: float) -> float:
+    """The ears, 0..1."""
+    away = np.sqrt(((y - 0.05) / 3.5) ** 2 + ((z + 2.9) / 2.3) ** 2)
+    return smooth(1.08, 0.92, away) * smooth(6.7, 7.2, abs(x))
+
+
+@kernel()
+def scalp(x: float, y: float, z: float, female: float) -> float:
+    """The shaved scalp: above the hairline, before and behind the ears down to the nape.
+
+    A man's hairline recedes above the temples.
+    """
+    front = 7.5 - 0.035 * x * x + (1 - female) * 0.75 * np.exp(-(((abs(x) - 3.9) / 1.3) ** 2))
     if z > 5.0:
         line = front
-    elif z > 1.5:
-        line = front + (5.0 - z) / 3.5 * (1.2 - front)
+    elif z > 1.2:
+        # Round the corner of the forehead, and bowed down to the sideburn.
+        t = (5.0 - z) / 3.8
+        line = front + (t + 0.12 * np.sin(2 * np.pi * t)) * (0.8 - front)
     elif z > -4.0:
-        line = 1.2 - (1.5 - z) / 5.5 * 5.0
+        line = 0.8 - (1.2 - z) / 5.2 * 4.6
     else:
         line = -3.8 - 0.25 * (-4.0 - z)
-    ear = smooth(7.0, 7.4, abs(x)) * smooth(-5.0, -4.0, y) * smooth(3.8, 3.2, y)
-    return smooth(-0.7, 0.9, y - line) * (1 - ear)
+    return smooth(-0.75, 1.15, y - line) * (1 - ear(x, y, z))
 
 
-@inner()
-def brow(x: float, y: float) -> tuple[float, float]:
-    """How dense the hair of the brow is, and its direction: the angle (radians) of hairs to the horizontal."""
+@kernel()
+def beard(x: float, y: float, z: float) -> float:
+    """Where a man's beard grows: moustache, chin, jaw up to the ears, and the throat."""
     a = abs(x)
-    t = (a - 1.25) / 4.1
-    if t < -0.08 or t > 1.05:
-        return 0.0, 0.0
-    t = min(max(t, 0.0), 1.0)
-    middle = 2.12 + 1.35 * t - 1.25 * t * t * t - 0.25 * t * t
-    half = 0.46 * (1 - 0.70 * t**1.6)
-    edge = abs(y - middle) / half
-    ends = smooth(-0.06, 0.10, (a - 1.25) / 4.1) * smooth(1.04, 0.80, (a - 1.25) / 4.1)
-    return smooth(1.25, 0.45, edge) * ends, 1.25 - 1.15 * t**0.6
+    moustache = bump(x, y, 1.0, -4.95, 1.35, 0.48) * smooth(0.05, 0.55, a + 0.25)
+    chin = bump(x, y, 0.0, -8.9, 2.3, 1.3) + 0.8 * bump(x, y, 0.0, -7.5, 0.45, 0.4)
+    corner = 0.55 * bump(x, y, 3.1, -6.6, 0.7, 1.3)
+    line = -5.6 + 0.95 * max(a - 3.2, 0.0)
+    jaw = 0.85 * smooth(1.0, -1.6, y - line) * smooth(2.6, 4.6, a) * smooth(-0.8, 2.6, z + 0.25 * max(y + 4, 0.0))
+    throat = 0.5 * smooth(-8.6, -10.2, y) * smooth(0.0, 3.0, z + 0.4 * (y + 14))
+    whole = min(moustache + chin + corner + jaw + throat, 1.0) * smooth(-13.8, -9.6, y)
+    return whole * (1 - lips(x, y, z)) * smooth(-1.0, 1.0, z)
+
+
+@kernel()
+def brow(x: float, y: float, thick: float, female: float) -> tuple[float, float, float]:
+    """How dense the hair of the brow is, the angle (radians) of its hairs to the horizontal, and their length (cm)."""
+    a = abs(x)
+    t = (a - 1.15) / 4.2
+    if t < -0.10 or t > 1.06:
+        return 0.0, 0.0, 0.0
+    inside = min(max(t, 0.0), 1.0)
+    middle = 2.10 + (1.25 + 0.25 * female) * inside - 1.25 * inside**3 - (0.20 + 0.15 * female) * inside * inside
+    half = 0.43 * thick * (1 - 0.72 * inside**1.5)
+    over = (y - middle) / half
+    ends = smooth(-0.10, 0.14, t) * smooth(1.05, 0.72, t)
+    # Sparse below and at its head, dense along its spine; hairs rise at the head, and meet from both sides further on.
+    density = smooth(1.25, 0.25, abs(over)) * ends * (0.55 + 0.45 * smooth(0.0, 0.3, t))
+    angle = 1.25 - 1.15 * inside**0.55 - 0.40 * over * smooth(0.15, 0.5, t)
+    return density, angle, 0.30 + 0.34 * smooth(0.0, 0.35, t) * smooth(1.1, 0.6, t)
 
 
 @inner()
@@ -62,22 +90,16 @@ def redness(x: float, y: float, z: float) -> float:
     cheeks = 0.55 * bump(x, y, 4.0, -2.7, 1.9, 1.7) + 0.20 * bump(x, y, 3.0, -4.2, 1.8, 1.6)
     nose = 0.75 * bump(x, y, 0.0, -2.9, 1.3, 1.1) + 0.45 * bump(x, y, 1.4, -3.4, 0.7, 0.7)
     around = 0.42 * bump(x, y, 3.1, 0.4, 1.8, 1.1) + 0.30 * bump(x, y, 0.0, -9.3, 1.6, 1.1)
-    ear = 0.6 * smooth(6.6, 7.6, abs(x)) * smooth(-4.0, -3.0, y) * smooth(4.0, 3.0, y) * smooth(2.0, 0.5, z)
-    return front * (cheeks + nose + around) + ear
+    return front * (cheeks + nose + around) + 0.7 * ear(x, y, z)
 
 
 @inner()
-def propensity(x: float, y: float, z: float) -> tuple[float, float]:
-    """How deep skin wrinkles here, 0..1, and how far apart (cm) its wrinkles lie: thick skin folds in long waves."""
-    if z < 0.5:
-        return 0.0, 0.6
-    forehead = smooth(2.6, 3.8, y) * smooth(8.0, 6.6, y) * smooth(6.5, 4.5, abs(x))
-    glabella = bump(x, y, 0.0, 2.4, 1.3, 1.3)
-    eyes = bump(x, y, 5.1, 0.4, 1.1, 1.3) + 0.7 * bump(x, y, 3.2, -0.9, 1.7, 0.7)
-    nose = 0.9 * bump(x, y, 0.6, 0.2, 1.0, 1.5)
-    fold = 0.75 * bump(x, y, 2.7, -4.2, 0.7, 1.5) + 0.25 * bump(x, y, 4.2, -4.2, 1.0, 2.0)
-    mouth = 0.8 * bump(x, y, 0.9, -6.1, 1.9, 1.1)
-    chin = 0.9 * bump(x, y, 0.0, -8.9, 1.6, 1.1)
-    strength = 0.15 + forehead + glabella + eyes + nose + fold + mouth + chin
-    spacing = 0.40 + 0.55 * forehead + 0.30 * glabella + 0.75 * fold - 0.12 * eyes - 0.08 * mouth
-    return min(strength, 1.0), min(max(spacing, 0.26), 1.0)
+def pore_size(x: float, y: float, z: float) -> tuple[float, float]:
+    """How far apart pores lie (cm), and how deep and open they are, 0..1: most so on the nose and beside it."""
+    if z < 2:
+        return 0.095, 0.15
+    nose = bump(x, y, 0.0, -2.4, 1.5, 1.5)
+    cheek = bump(x, y, 2.3, -2.4, 1.7, 1.5)
+    forehead, chin = bump(x, y, 0.0, 4.8, 3.2, 1.8), bump(x, y, 0.0, -8.8, 1.8, 1.2)
+    deep = 0.15 + 0.85 * nose + 0.65 * cheek + 0.30 * forehead + 0.35 * chin
+    return 0.082 + 0.024 * min(nose + cheek + 0.4 * chin, 1.0), min(deep, 1.0)

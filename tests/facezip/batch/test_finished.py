@@ -1,15 +1,25 @@
 """Whose a pack is, and whether it is finished."""
 
+import json
+
 import pytest
 
 from facezip.batch import finished
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.fit.documents import CompressDocument
+from facezip.pack.errors import MapErrors
 from facezip.pack.manifest import FILE_NAME
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_model
 from tests.facezip.surfaces import random_surface
 
-DOCUMENT = {"rmse": 1.5}
+DOCUMENT = CompressDocument(
+    name="anna", method="pca", resolution=(8, 8), channels=3, differences=4, weight_scale=None, expressions=["smile"],
+    masks=None, maps=[], tiles=[], bytes_on_gpu=1, bytes_on_disk=2, bytes_raw=3, bytes_bc7=4, bytes_raw_bc7=5,
+    bytes_geometry=6, bits_per_texel_channel=0.5, fetches=5, vertices=7, made_with={"seed": 0}, rmse=1.5,
+    rmse_per_expression={"smile": 1.5}, errors={"albedo": MapErrors(rmse=1.5)}, region="mask", misregistered={},
+    unknown=[], pack="anna.facezip", seconds=1.0,
+)  # fmt: skip
 
 
 @pytest.fixture
@@ -94,4 +104,15 @@ def test_packs_of_several_maps_are_found_again(pack, anna):
     write_pack(compress(random_surface(expressions=3), method="pca"), pack)
     finished.keep(pack, anna, "d", DOCUMENT)
     assert finished.find(pack, "d") == DOCUMENT
-    assert finished.earlier(pack.parent, ()) == {"anna": {**DOCUMENT, "character": str(anna)}}
+    assert finished.earlier(pack.parent, ()) == {"anna": (str(anna), DOCUMENT)}
+
+
+def test_a_record_of_other_documents_says_whose_a_pack_is_and_no_more(pack, anna, tmp_path):
+    finish(pack, anna)
+    path = pack.with_name("anna.facezip.json")
+    record = json.loads(path.read_text())
+    path.write_text(json.dumps(record | {"document": {"rmse": 1.5}}))
+    assert finished.find(pack, "d") is None
+    claim(pack, anna)
+    with pytest.raises(FaceZipError, match="is of .*anna"):
+        claim(pack, tmp_path / "scans" / "bert")

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from facezip.blocks.codecs import bc4, bc5, bc7, raw
 from facezip.character.loading import load_character
+from facezip.documents.document import plain
 from facezip.export.joining import CHANNELS
 from facezip.export.levels import averaged_levels, fitted_levels
 from facezip.export.measured import codec_errors, measure_of
@@ -59,7 +60,8 @@ def coded(sheet, codec):
 
 
 def words(scans, errors):
-    return ", ".join(f"{kind.name} {errors[kind.name][measure_of(kind)]:.3f}" for kind in scans.maps)
+    numbers = plain(errors)
+    return ", ".join(f"{kind.name} {numbers[kind.name][measure_of(kind)]:.3f}" for kind in scans.maps)
 
 
 if __name__ == "__main__":

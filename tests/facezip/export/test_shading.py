@@ -86,14 +86,14 @@ def test_a_picture_in_parts_takes_all_of_their_time(context, shading):
 
 def test_the_answer_is_of_the_device_that_drew(context):
     document = bench_shader(SIDE, (3, 9), repeats=2)
-    assert document["device"]["renderer"] == context.info["GL_RENDERER"]
-    assert document["device"]["software"] == devices()[document["device"]["index"]].is_software
-    assert [row["expressions"] for row in document["rows"]] == [3, 9]
-    for row in document["rows"]:
-        assert row["facezip_ms"] == row["prepass_ms"] + row["blend_ms"] > 0
-        assert row["ratio"] == row["facezip_ms"] / row["textures_ms"]
-        assert row["ratio_few"] == row["facezip_ms"] / row["textures_few_ms"]
-        assert row["bytes_textures"] == 4 * SIDE**2 * (1 + row["expressions"])
+    assert document.device.renderer == context.info["GL_RENDERER"]
+    assert document.device.software == devices()[document.device.index].is_software
+    assert [row.expressions for row in document.rows] == [3, 9]
+    for row in document.rows:
+        assert row.facezip_ms == row.prepass_ms + row.blend_ms > 0
+        assert row.ratio == row.facezip_ms / row.textures_ms
+        assert row.ratio_few == row.facezip_ms / row.textures_few_ms
+        assert row.bytes_textures == 4 * SIDE**2 * (1 + row.expressions)
 
 
 def test_another_device_is_refused(context):

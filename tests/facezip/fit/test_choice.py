@@ -9,7 +9,7 @@ from facezip.character.maps import KNOWN
 from facezip.fit.choice import Choice, whole_error
 from facezip.fit.pipeline import Request, compress_into
 from facezip.fit.settings import WEIGHT_SCALES
-from facezip.pack.errors import albedo_errors, mean_rmse, model_errors, texture_errors
+from facezip.pack.errors import MapErrors, albedo_errors, mean_rmse, model_errors, texture_errors
 from facezip.pack.quantise import quantise
 from tests.facezip.conftest import random_character
 from tests.facezip.surfaces import random_surface
@@ -132,17 +132,21 @@ def test_what_counts_more_has_less_of_the_error(surface):
     errors = []
     for weight in (1e-3, 1e3):
         model = choose(surface, budget_bytes=budget, map_weights={"normal": weight}).model
-        errors.append(model_errors(surface, model)["normal"]["angular_error_rms"])
+        errors.append(model_errors(surface, model)["normal"].angular_error_rms)
     assert errors[1] < 0.9 * errors[0]
 
 
 def test_the_error_of_one_map_is_its_own_whatever_its_weight(person):
     errors = model_errors(person, compress(person, differences=2))
-    assert whole_error(errors, {"albedo": 7.0}) == pytest.approx(errors["albedo"]["rmse"])
+    assert whole_error(errors, {"albedo": 7.0}) == pytest.approx(errors["albedo"].rmse)
 
 
 def test_the_error_of_all_maps_is_their_weighted_mean_square():
-    errors = {"albedo": {"rmse": 1.0}, "roughness": {"rmse": 3.0}, "normal": {"angular_error_rms": 1.0}}
+    errors = {
+        "albedo": MapErrors(rmse=1.0),
+        "roughness": MapErrors(rmse=3.0),
+        "normal": MapErrors(angular_error=0.9, angular_error_rms=1.0),
+    }
     normal = radians(1) * 255 / (2 * sqrt(3))
     assert whole_error(errors, {}) == pytest.approx(sqrt((1 + 9 + normal**2) / 3))
     assert whole_error(errors, {"roughness": 2.0}) == pytest.approx(sqrt((1 + 2 * 9 + normal**2) / 4))
@@ -170,9 +174,9 @@ def test_a_pack_says_what_was_chosen_and_keeps_to_the_target(surface, tmp_path):
     save_character(surface, tmp_path / "scans")
     request = Request(target_rmse=6.0, map_weights=WEIGHTS)
     document = compress_into(tmp_path / "scans", tmp_path / "a.facezip", request)
-    tried = document["choice"]["tried"]
-    chosen = {key: document[key] for key in ("differences", "weight_scale", "bytes_on_gpu")}
-    assert whole_error(document["errors"], WEIGHTS) <= 6.0
-    assert chosen in [{key: trial[key] for key in chosen} for trial in tried]
-    assert document["made_with"]["target_rmse"] == 6.0
-    assert document["made_with"]["map_weights"] == WEIGHTS
+    chosen = document.differences, document.weight_scale, document.bytes_on_gpu
+    assert whole_error(document.errors, WEIGHTS) <= 6.0
+    tried = document.choice.tried
+    assert chosen in [(trial.differences, trial.weight_scale, trial.bytes_on_gpu) for trial in tried]
+    assert document.made_with["target_rmse"] == 6.0
+    assert document.made_with["map_weights"] == WEIGHTS

@@ -72,7 +72,7 @@ def test_what_counts_more_has_less_of_the_error(scans, name):
         for key, image in images.items():
             image *= np.float32(factors[key[0]] * (strength if key[0] == name else 1))
         found = model_errors(scans, compress(scans, differences=2, importance=images))[name]
-        errors.append(found.get("rmse", found.get("angular_error_rms")))
+        errors.append(found.angular_error_rms or found.rmse)
     assert errors[1] < 0.95 * errors[0]
 
 
@@ -135,5 +135,5 @@ def test_compress_into_fits_with_what_a_folder_holds(scans, tmp_path):
     request = Request(settings=settings, importance=tmp_path / "images")
     document = compress_into(tmp_path / "scans", tmp_path / "a.facezip", request)
     expected = model_errors(scans, compress(scans, differences=2, importance=everywhere(scans)))
-    assert document["errors"]["roughness"]["rmse"] == pytest.approx(expected["roughness"]["rmse"], rel=0.05)
-    assert document["made_with"]["importance"] == "images"
+    assert document.errors["roughness"].rmse == pytest.approx(expected["roughness"].rmse, rel=0.05)
+    assert document.made_with["importance"] == "images"

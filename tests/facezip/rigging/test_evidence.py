@@ -142,8 +142,8 @@ def test_what_is_shown_lies_between_none_and_all_as_a_whole_and_by_region(case, 
     facts = shown(estimate(case.scans, poses_of(case.scans, rig), model.weights), SHAPES)
     assert tuple(facts) == SHAPES
     for found in facts.values():
-        assert 0 <= found["shown"] <= 1
-        assert found["uncertainty"] >= 0
-        for region in found["regions"]:
-            assert 0 <= region["shown"] <= 1
-            assert (np.diff([region["u"], region["v"]]) == 0.25).all()
+        assert 0 <= found.shown <= 1
+        assert found.uncertainty >= 0
+        for region in found.regions:
+            assert 0 <= region.shown <= 1
+            assert (np.diff([region.u, region.v]) == 0.25).all()

@@ -9,6 +9,7 @@ from dataclasses import replace
 import pytest
 
 from facezip import FaceZipError
+from facezip.export.documents import WebDocument
 from facezip.export.web import export_web
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_model
@@ -27,7 +28,7 @@ def hostile(tmp_path):
 
 
 def test_names_come_through_as_they_are_and_end_no_element(hostile, bundle, tmp_path):
-    page = export_web(hostile, tmp_path / "a.html")["output"]
+    export_web(hostile, tmp_path / "a.html")
     page = (tmp_path / "a.html").read_text()
     document = json.loads(block(page, "scene.json"))
     assert document["expressions"] == list(HOSTILE)
@@ -56,9 +57,8 @@ def test_the_policy_allows_its_own_script_and_nothing_from_outside(hostile, bund
 @pytest.mark.parametrize(("output", "file"), [("folder", "folder/index.html"), ("page.html", "page.html")])
 def test_the_output_is_a_file_or_a_folder(hostile, bundle, tmp_path, output, file):
     document = export_web(hostile, tmp_path / output)
-    assert document == {
-        "output": str(tmp_path / file), "bytes": (tmp_path / file).stat().st_size, "originals": False,
-    }  # fmt: skip
+    size = (tmp_path / file).stat().st_size
+    assert document == WebDocument(output=str(tmp_path / file), bytes=size, originals=False)
 
 
 def test_only_what_facezip_made_is_replaced_and_only_when_asked(hostile, bundle, tmp_path):

@@ -58,16 +58,16 @@ def written(model, folder, **options):
 def combined(scene, t, betas):
     """The weight map ``(h, w, 4 L)`` of a blend, from the scene alone."""
     document = scene.document
-    tile, layers = document["tiles"][t], -(-document["slots"] // 4)
-    if "fours" in document:
-        masks = array(scene, f"tile_{t}.masks", "u1").reshape(document["fours"], *tile["weight_size"], 4) / 255
-        activations = array(scene, "activations", "<f2").reshape(len(betas), layers, document["fours"], 4, 4)
+    tile, layers = document.tiles[t], -(-document.slots // 4)
+    if document.fours is not None:
+        masks = array(scene, f"tile_{t}.masks", "u1").reshape(document.fours, *tile.weight_size, 4) / 255
+        activations = array(scene, "activations", "<f2").reshape(len(betas), layers, document.fours, 4, 4)
         sums = np.einsum("n,nlfks,fhwk->hwls", betas, activations.astype(float), masks)
-        return sums.reshape(*tile["weight_size"], -1)[..., : document["slots"]]
-    stored = array(scene, f"tile_{t}.weights", "<f4" if document["uniform"] else "u1").astype(float)
-    stored = stored.reshape(layers, len(betas), *tile["weight_size"], 4) / (1 if document["uniform"] else 255)
-    sums = np.einsum("n,lnhwc->hwlc", betas, stored).reshape(*tile["weight_size"], -1)[..., : document["slots"]]
-    return sums * tile["weight_span"] + np.multiply(tile["weight_offset"], np.sum(betas))
+        return sums.reshape(*tile.weight_size, -1)[..., : document.slots]
+    stored = array(scene, f"tile_{t}.weights", "<f4" if document.uniform else "u1").astype(float)
+    stored = stored.reshape(layers, len(betas), *tile.weight_size, 4) / (1 if document.uniform else 255)
+    sums = np.einsum("n,lnhwc->hwlc", betas, stored).reshape(*tile.weight_size, -1)[..., : document.slots]
+    return sums * tile.weight_span + np.multiply(tile.weight_offset, np.sum(betas))
 
 
 def enlarged(low, size):
@@ -83,21 +83,21 @@ def enlarged(low, size):
 def shown(scene, t, m, betas):
     """The map of a blend as the page has to show it, in [0, 1], from the scene alone."""
     document, stem = scene.document, f"tile_{t}.map_{m}"
-    kind, texture = document["maps"][m], document["tiles"][t]["textures"][m]
+    kind, texture = document.maps[m], document.tiles[t].textures[m]
     neutral = image(scene, f"{stem}.neutral") / 255
-    if texture["neutral_bits"] == 16:
+    if texture.neutral_bits == 16:
         neutral = (256 * neutral + image(scene, f"{stem}.neutral_low") / 255) / 257
-    channels, normal = kind["channels"], kind["encoding"] == "normal"
+    channels, normal = kind.channels, kind.encoding == "normal"
     if normal:
         across = 2 * neutral[..., :2] - 1
         neutral = across / np.sqrt(1 - np.square(across).sum(axis=2, keepdims=True))
-    weights = enlarged(combined(scene, t, betas), texture["size"])
-    for i, span in enumerate(texture["difference_span"]):
-        difference = image(scene, f"{stem}.difference_{i}")[..., :channels] / 255 - document["difference_zero"]
+    weights = enlarged(combined(scene, t, betas), texture.size)
+    for i, span in enumerate(texture.difference_span):
+        difference = image(scene, f"{stem}.difference_{i}")[..., :channels] / 255 - document.difference_zero
         neutral = neutral + weights[..., i, None] * np.array(span)[:channels] * difference
     if not normal:
         return np.clip(neutral, 0, 1)
-    slopes = np.clip(neutral, -document["max_slope"], document["max_slope"])
+    slopes = np.clip(neutral, -document.max_slope, document.max_slope)
     vectors = np.concatenate([slopes, np.ones_like(slopes[..., :1])], axis=2)
     return 0.5 + 0.5 * vectors / np.linalg.norm(vectors, axis=2, keepdims=True)
 
@@ -112,7 +112,7 @@ def test_a_scene_of_masks_holds_no_weight_map_and_states_their_range(tmp_path):
     model, scene = read_pack(pack), read_scene(pack)
     assert not [name for name in scene.assets if "weights" in name]
     largest = max(np.abs(maps).max() for maps in model.weights.values())
-    assert scene.document["weight_range"] == pytest.approx(largest)
+    assert scene.document.weight_range == pytest.approx(largest)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -174,29 +174,29 @@ def test_originals_and_errors_are_there_for_every_map_and_tile(tmp_path):
     pack = written(random_maps(tiles=(1001, 1002)), tmp_path)
     character = random_scans(read_pack(pack))
     scene, errors = read_scene(pack, character), pack_errors(character, pack)
-    means = [errors["albedo"]["rmse"], errors["normal"]["angular_error"], errors["roughness"]["rmse"]]
-    assert [entry["error"] for entry in scene.document["maps"]] == means
+    means = [errors[name].mean for name in ("albedo", "normal", "roughness")]
+    assert [entry.error for entry in scene.document.maps] == means
     normals = character.texture("expr_1", map="normal", tile=1002)
     np.testing.assert_allclose(image(scene, "tile_1.map_1.original_1") / 127.5 - 1, normals, atol=1 / 255 + 1e-6)
 
 
 def test_without_a_character_there_are_no_originals(tmp_path):
     scene = read_scene(written(random_maps(), tmp_path))
-    assert not scene.document["originals"]
-    assert [entry["error"] for entry in scene.document["maps"]] == [None] * 3
+    assert not scene.document.originals
+    assert [entry.error for entry in scene.document.maps] == [None] * 3
     assert not any("original" in name for name in scene.assets)
 
 
 def test_a_pack_without_meshes_has_a_scene(tmp_path):
     scene = read_scene(written(random_model(), tmp_path))
-    assert scene.document["mesh"] is None
+    assert scene.document.mesh is None
     assert "head.zlib" not in scene.assets
 
 
 def test_poses_are_named_blends_and_every_expression_is_one(tmp_path):
     names = ("constructor", "mouthSmileLeft", "b")
     document = read_scene(written(replace(random_maps(), expressions=names), tmp_path)).document
-    poses = {pose["name"]: {names[n]: weight for n, weight in pose["weights"]} for pose in document["poses"]}
+    poses = {pose.name: {names[n]: weight for n, weight in pose.weights} for pose in document.poses}
     assert all(poses[name] == {name: 1.0} for name in names)
     assert poses["constructor and mouthSmileLeft"] == {"constructor": 0.5, "mouthSmileLeft": 0.5}
 

@@ -1,23 +1,10 @@
 // What Python wrote: a document, and assets by name, inside the page or beside it on the server.
 
 import { asked, bitmapOf } from "./head/assets";
-import type { Assets, HeadDocument, MapEntry } from "./head/document";
+import type { Assets } from "./head/document";
+import type { SceneDocument } from "./published";
 
-export interface Scene extends HeadDocument {
-  name: string;
-  method: string;
-  /** Named blends: places of expressions, and their weights. */
-  poses: { name: string; weights: [number, number][] }[];
-  /** The largest absolute weight. */
-  weight_range: number;
-  maps: (MapEntry & {
-    /** To the originals, where those are there: degrees of normals, else parts of 255. */
-    error: number | null;
-  })[];
-  costs: { bytes_on_gpu: number; bytes_raw: number; bytes_on_disk: number; fetches: number };
-  mesh: { vertices: number; triangles: number } | null;
-  originals: boolean;
-}
+export type Scene = SceneDocument;
 
 const block = (name: string) => document.querySelector(`script[data-name="${name}"]`)?.textContent;
 

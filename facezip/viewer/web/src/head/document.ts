@@ -14,7 +14,8 @@ export interface MapEntry {
 export interface TextureEntry {
   /** Rows and columns of neutral and differences. */
   size: [number, number];
-  neutral_bits: 8 | 16;
+  /** 8 or 16. */
+  neutral_bits: number;
   /** D = (t − zero) · span: of texels, or of slopes for normals. */
   difference_span: [number, number, number][];
 }

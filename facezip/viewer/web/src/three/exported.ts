@@ -1,24 +1,9 @@
 // What `facezip export --to three` wrote: facezip.json as the document of a head, and its files as that head's images and arrays.
 
 import { asked, bitmapOf } from "../head/assets";
-import { type Assets, type HeadDocument, layersOf, type MapEntry, type TextureEntry, type TileEntry } from "../head/document";
+import { type Assets, type HeadDocument, layersOf, type TextureEntry, type TileEntry } from "../head/document";
+import type { ExportDocument, ExportedMap, ExportedMasks, ExportedTexture, TileExport, TilesDocument } from "../published";
 import { readPng, type Texels } from "./png";
-
-interface ExportedMap { encoding: MapEntry["encoding"]; range: [number, number]; size: [number, number]; neutral: string; differences: string[]; channels: number[]; max_slope?: number }
-interface ExportedTexture { file: string; low?: string; scale?: number[]; offset?: number[]; zero?: number; columns?: number; size?: [number, number] }
-interface ExportedTile {
-  order: string[];
-  weight_size: [number, number];
-  uniform_weights: number[][];
-  gains: { maps: string[]; expressions: string[]; regions: string[] };
-  maps: Record<string, ExportedMap>;
-  textures: Record<string, ExportedTexture>;
-  regions?: { file: string; columns: number; size: [number, number] };
-  masks?: ExportedMasks;
-}
-
-/** `activations` are half floats in base64, as many vectors of four for every expression. */
-interface ExportedMasks { file: string; columns: number; vectors: number; activations: string }
 
 export interface Exported {
   document: HeadDocument;
@@ -29,9 +14,9 @@ export interface Exported {
 
 /** `base` is the address of the folder, with a slash at its end. */
 export async function readExported(base: string): Promise<Exported> {
-  const whole = await (await asked(new URL("facezip.json", base))).json();
+  const whole: ExportDocument | TilesDocument = await (await asked(new URL("facezip.json", base))).json();
   if (whole.target !== "three") throw new Error(`${base}facezip.json is of an export to ${whole.target}; export it with --to three`);
-  const tiles: Record<string, ExportedTile> = whole.tiles ?? { "": whole };
+  const tiles: Record<string, TileExport> = "tiles" in whole ? whole.tiles : { "": whole };
   const places = Object.keys(tiles).map((number) => (number ? `${base}${number}/` : base));
   const parts = Object.values(tiles);
   return {
@@ -40,7 +25,7 @@ export async function readExported(base: string): Promise<Exported> {
   };
 }
 
-function documentOf(tiles: ExportedTile[]): HeadDocument {
+function documentOf(tiles: TileExport[]): HeadDocument {
   const [{ order, gains, maps, textures, uniform_weights, masks }] = tiles;
   const first = maps[gains.maps[0]];
   return {
@@ -62,7 +47,7 @@ const foursOf = ({ vectors }: ExportedMasks, slots: number) => vectors / layersO
 // Two channels come in images of three.
 const channelsOf = ({ channels: { length } }: ExportedMap) => ({ channels: length, image_channels: length === 2 ? 3 : length });
 
-function tileOf({ weight_size, uniform_weights, masks, gains, maps, textures }: ExportedTile): TileEntry {
+function tileOf({ weight_size, uniform_weights, masks, gains, maps, textures }: TileExport): TileEntry {
   const slots = maps[gains.maps[0]].differences.length;
   const layers = Array.from({ length: layersOf(slots) }, (_, layer) => textures[`weights_${layer}`]);
   // Uniform weights are written as they are, and masks make them so.
@@ -85,7 +70,7 @@ function textureOf({ encoding, range: [low, high], size, neutral, differences }:
   };
 }
 
-function assetsOf(tiles: ExportedTile[], places: string[]): Assets {
+function assetsOf(tiles: TileExport[], places: string[]): Assets {
   const png = async (t: number, file: string) => readPng(await (await asked(new URL(file, places[t]))).arrayBuffer());
   return {
     async array(name) {

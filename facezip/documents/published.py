@@ -1,0 +1,53 @@
+"""Which documents there are: by the name in their format, the type that each is an instance of."""
+
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+SCHEMAS = Path(__file__).with_name("schemas")
+
+PUBLISHED = {
+    "alignment": "facezip.commands.check:CheckDocument",
+    "animation": "render.documents:AnimationDocument",
+    "batch": "facezip.commands.batch:BatchDocument",
+    "bench-alarms": "render.plugin.alarms:AlarmsDocument",
+    "bench-batch": "facezip.commands.bench.batch:BatchBenchDocument",
+    "bench-clean": "reports.cleaning:CleanBenchDocument",
+    "bench-compress": "facezip.commands.bench.compress:CompressBenchDocument",
+    "bench-maps": "facezip.commands.bench.maps:MapsBenchDocument",
+    "bench-metrics": "facezip.commands.bench.metrics:MetricsBenchDocument",
+    "bench-render": "facezip.commands.bench.render:RenderBenchDocument",
+    "bench-rig": "reports.paper.documents:RigBenchDocument",
+    "bench-shader": "facezip.export.timing:ShaderDocument",
+    "compress": "facezip.fit.documents:CompressDocument",
+    "decompress": "facezip.commands.decompress:DecompressDocument",
+    "demo": "facezip.commands.demo:DemoDocument",
+    "doctor": "facezip.character.diagnosis:Diagnosis",
+    "error": "facezip.documents.error:ErrorDocument",
+    "export": "facezip.export.documents:Export",
+    "export-web": "facezip.export.documents:WebDocument",
+    "extend": "facezip.fit.documents:ExtendDocument",
+    "importance": "reports.importance.documents:ImportanceDocument",
+    "info": "facezip.commands.info:InfoDocument",
+    "layers": "reports.layers.documents:LayersDocument",
+    "pack": "facezip.pack.manifest:ManifestFile",
+    "paper": "reports.paper.documents:PaperDocument",
+    "rates": "reports.rates.documents:RatesDocument",
+    "rig": "facezip.rigging.documents:RigDocument",
+    "scaling": "reports.scaling:ScalingDocument",
+    "scene": "facezip.viewer.documents:SceneDocument",
+    "validation": "render.documents:ValidationDocument",
+    "verify": "facezip.commands.verify:VerifyDocument",
+    "view": "facezip.commands.view:ViewDocument",
+}
+
+
+def kind_of(name: str) -> Any:
+    """The type of a document."""
+    module, _, kind = PUBLISHED[name].partition(":")
+    return getattr(import_module(module), kind)
+
+
+def published(name: str) -> str:
+    """The text of its schema."""
+    return (SCHEMAS / f"{name}.json").read_text(encoding="utf-8")
