@@ -32,7 +32,7 @@ EFFORTS = {
     "medium": ASTCQualityPreset.MEDIUM,
     "thorough": ASTCQualityPreset.THOROUGH,
 }
-ASTC_BLOCKS = ((4, 4), (5, 5), (6, 6), (8, 6), (8, 8), (10, 8), (10, 10), (12, 10), (12, 12))
+ASTC_BLOCKS = ((4, 4), (5, 5), (6, 5), (6, 6), (8, 6), (8, 8), (10, 8), (10, 10), (12, 10), (12, 12))
 
 # Texels ``(H, W, C)`` of whole blocks to bytes, and bytes and rows and columns to what a sampler sees.
 Encode = Callable[[NDArray[np.uint8]], bytes]

@@ -12,7 +12,7 @@ from reports.rates.points import Pack, Textures
 # Rank, scale, and the codecs of textures and weight maps are chosen together: all of these are tried.
 RANKS, SCALES = (4, 6, 8), (4, 8, 16)
 RAW_RANKS = (1, 2, 3, 4, 6, 8)
-PACK_BLOCKS = ((5, 5), (6, 6), (8, 6), (8, 8), (10, 8), (10, 10), (12, 12))
+PACK_BLOCKS = ((5, 5), (6, 5), (6, 6), (8, 6), (8, 8), (10, 8), (10, 10), (12, 12))
 # Large weight maps of few bits a texel: one channel in ASTC, two thirds and half of what BC4 takes.
 FINE_SCALE, FINE_BLOCKS = 4, ((8, 6), (8, 8))
 PAPER_RANK, PAPER_SCALE, PCA_RANKS = 4, 8, (4, 6, 8)
