@@ -6,7 +6,7 @@ BIN := .venv/bin
 BLENDER ?= 4.5.15
 BLENDER_PYTHON ?= python3.11
 
-.PHONY: demo test docs pictures engines trust lint viewer lock clean
+.PHONY: demo test docs figures pictures engines trust lint viewer lock clean
 
 demo: .venv/ready
 	$(BIN)/facezip demo -o out/demo --overwrite
@@ -17,6 +17,10 @@ test: .venv/ready
 # The site, out/site/index.html: strictly, so that a dead link or anchor is an error.
 docs: .venv/ready
 	$(BIN)/python -m reports.site
+
+# Errors, bytes and times of every method, benchmarks/results.csv, and the same numbers in README.md and docs/: minutes.
+figures: .venv/ready
+	$(BIN)/python -m reports.kept
 
 # The pictures of the documentation anew, of the demo's head: after a change of the head, the renderer or the pages.
 SCANS_AND_PACK := out/demo/character out/demo/character.facezip

@@ -32,7 +32,7 @@ EFFORTS = {
     "medium": ASTCQualityPreset.MEDIUM,
     "thorough": ASTCQualityPreset.THOROUGH,
 }
-ASTC_BLOCKS = ((4, 4), (5, 5), (6, 6), (8, 6), (8, 8), (10, 8), (10, 10), (12, 10), (12, 12))
+ASTC_BLOCKS = ((4, 4), (5, 5), (6, 5), (6, 6), (8, 6), (8, 8), (10, 8), (10, 10), (12, 10), (12, 12))
 
 # Texels ``(H, W, C)`` of whole blocks to bytes, and bytes and rows and columns to what a sampler sees.
 Encode = Callable[[NDArray[np.uint8]], bytes]
@@ -72,11 +72,11 @@ class Codec:
         return -(-width // self.block[0]) * -(-height // self.block[1]) * self.block_bytes
 
     def round_trip(self, texels: NDArray[np.uint8]) -> Texels:
-        """What the GPU gives back of ``(H, W, C)`` texels, C ≤ 3, of the channels that are kept."""
+        """What the GPU gives back of ``(H, W, C)`` texels, C ≤ 4, of the channels that are kept."""
         return texels if self.encode is None else self.load(self.store(texels), texels.shape)
 
     def store(self, texels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """The bytes of ``(H, W, C)`` texels, C ≤ 3, blocks row by row; one channel is grey; raw texels stay as is."""
+        """The bytes of ``(H, W, C)`` texels, C ≤ 4, blocks row by row; one channel is grey; raw texels stay as is."""
         if self.encode is None:
             return np.ascontiguousarray(texels).reshape(-1)
         stored: NDArray[np.uint8] = memory.empty((self.bytes_of(*texels.shape[:2]),), np.uint8)
@@ -112,7 +112,7 @@ class Codec:
 
 def raw(channels: int) -> Codec:
     """8 bits a channel, as they are."""
-    return Codec("raw", (1, 1), channels)
+    return Codec("raw", (1, 1), channels, channels=channels)
 
 
 def bc1() -> Codec:
@@ -130,19 +130,19 @@ def bc5() -> Codec:
     return _interpolated("bc5", 2)
 
 
-def bc7() -> Codec:
-    """BC7: one byte a texel, on every desktop."""
+def bc7(channels: int = 3) -> Codec:
+    """BC7: one byte a texel of three channels or four, on every desktop."""
     parameters = etcpak.BC7CompressBlockParams()
     parameters.init_linear_weights()
 
     def encode(texels: bytes, width: int, height: int) -> bytes:
         return etcpak.compress_bc7(texels, width, height, parameters)
 
-    return of_library("bc7", (4, 4), 16, encode, texture2ddecoder.decode_bc7)
+    return of_library("bc7", (4, 4), 16, encode, texture2ddecoder.decode_bc7, channels=channels)
 
 
-def astc(block: tuple[int, int], effort: str = "medium") -> Codec:
-    """ASTC: 16 bytes a block of any of ``ASTC_BLOCKS``, on every phone; ``effort`` one of ``EFFORTS``."""
+def astc(block: tuple[int, int], effort: str = "medium", channels: int = 3) -> Codec:
+    """ASTC: 16 bytes a block of any of ``ASTC_BLOCKS``, on every phone; ``effort`` one of ``EFFORTS``; RGB or RGBA."""
 
     def encode(texels: bytes, width: int, height: int) -> bytes:
         image = ASTCImage(ASTCType.U8, width, height, 1, texels)
@@ -151,7 +151,7 @@ def astc(block: tuple[int, int], effort: str = "medium") -> Codec:
     def decode(stored: bytes, width: int, height: int) -> bytes:
         return texture2ddecoder.decode_astc(stored, width, height, *block)
 
-    return of_library(f"astc_{block[0]}x{block[1]}", block, 16, encode, decode)
+    return of_library(f"astc_{block[0]}x{block[1]}", block, 16, encode, decode, channels=channels)
 
 
 @cache
@@ -161,23 +161,31 @@ def _astc_context(block: tuple[int, int], effort: str) -> ASTCContext:
 
 
 def of_library(
-    name: str, block: tuple[int, int], block_bytes: int, encode: LibraryCall, decode: LibraryCall, band: int = BAND
+    name: str,
+    block: tuple[int, int],
+    block_bytes: int,
+    encode: LibraryCall,
+    decode: LibraryCall,
+    band: int = BAND,
+    channels: int = 3,
 ) -> Codec:
     """A codec whose encoder takes RGBA texels and whose decoder gives BGRA texels, both of whole blocks."""
     across, down = block
+    order = slice(2, None, -1) if channels == 3 else [2, 1, 0, 3][:channels]
 
     def blocks(texels: NDArray[np.uint8]) -> bytes:
-        height, width, _ = texels.shape
+        height, width, kept = texels.shape
         rgba = np.full((height, width, 4), 255, np.uint8)
-        rgba[..., :3] = texels
+        # One channel is grey.
+        rgba[..., : 3 if kept == 1 else kept] = texels
         return encode(rgba.tobytes(), width, height)
 
     def texels(stored: bytes, height: int, width: int) -> NDArray[np.uint8]:
         rows, columns = -(-height // down) * down, -(-width // across) * across
         bgra = np.frombuffer(decode(stored, columns, rows), np.uint8).reshape(rows, columns, 4)
-        return bgra[:height, :width, 2::-1]
+        return bgra[:height, :width, order]
 
-    return Codec(name, block, block_bytes, blocks, texels, band=band)
+    return Codec(name, block, block_bytes, blocks, texels, channels, band=band)
 
 
 def _interpolated(name: str, channels: int) -> Codec:

@@ -1,7 +1,7 @@
 """The refined fit with a block codec in the loop: every map is fitted to what the codec gave back of the others.
 
 What a codec loses of one map, those that are stored after it make up for. So the neutral is stored first, the
-differences are solved and stored one after the other, then the weight maps slot by slot, and again.
+differences are solved and stored one after the other, then the weight maps image by image, and again.
 """
 
 from dataclasses import replace
@@ -61,9 +61,9 @@ def _coded_tile(
     """The maps of one tile, and the weight maps ``(N, h, w, R)`` that they share."""
     neutrals = {kind: storage.neutral(to_float(some.neutral), kind) for kind, some in samples.items()}
     samples = {kind: replace(some, neutral=_as_stored(neutrals[kind], some)) for kind, some in samples.items()}
-    weights = _mixed(fit_weights([*samples.values()], slots, weight_scale, SMOOTHNESS))
-    for slot in range(slots):
-        weights[:, slot] = storage.weights(weights[:, slot])
+    weights = _mixed(fit_weights([*samples.values()], slots, weight_scale, SMOOTHNESS, effort="start"))
+    for group in storage.groups(slots):
+        weights[:, group] = _stored(weights[:, group], storage)
     textures = {kind: np.zeros((slots, *neutral.shape), np.float32) for kind, neutral in neutrals.items()}
     for _ in track(range(alternations), "Coding", alternations):
         for slot in reversed(range(slots)):
@@ -92,8 +92,9 @@ def _coded_part(part: Part, kind: Map, storage: Storage) -> Part:
 
 
 def _coded_afterwards(maps: NDArray[np.float32], storage: Storage) -> NDArray[np.float32]:
-    slots = [storage.weights(slot) for slot in maps.transpose(3, 1, 0, 2)]
-    return np.stack(slots).transpose(2, 1, 3, 0)
+    slots = maps.transpose(1, 0, 3, 2)
+    groups = [storage.coded_weights(slots[:, :, group]) for group in storage.groups(maps.shape[3])]
+    return np.concatenate(groups, axis=2).transpose(1, 0, 3, 2)
 
 
 def _mixed(weights: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -108,15 +109,21 @@ def _mixed(weights: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _coded_weights(system: WeightSystem, start: NDArray[np.float32], storage: Storage) -> NDArray[np.float32]:
-    """The weight maps ``(h, R, N, w)`` of a system, solved and stored slot after slot."""
+    """The weight maps ``(h, R, N, w)`` of a system, solved and stored image after image."""
     right, (weights, _) = system.right.copy(), solve_weights(system, start)
-    for slot in reversed(range(weights.shape[1])):
-        free = np.ascontiguousarray(system.matrix[:, : slot + 1, : slot + 1])
-        rest = WeightSystem(free, np.ascontiguousarray(right[:, : slot + 1]))
-        weights[:, : slot + 1], _ = solve_weights(rest, np.ascontiguousarray(weights[:, : slot + 1]))
-        weights[:, slot] = storage.weights(weights[:, slot])
-        right[:, :slot] -= _coupled(system.matrix[:, :slot, slot], weights[:, slot])
+    for group in reversed(storage.groups(weights.shape[1])):
+        free = np.ascontiguousarray(system.matrix[:, : group.stop, : group.stop])
+        rest = WeightSystem(free, np.ascontiguousarray(right[:, : group.stop]))
+        weights[:, : group.stop], _ = solve_weights(rest, np.ascontiguousarray(weights[:, : group.stop]))
+        weights[:, group] = _stored(weights[:, group], storage)
+        for slot in range(group.start, group.stop):
+            right[:, : group.start] -= _coupled(system.matrix[:, : group.start, slot], weights[:, slot])
     return weights
+
+
+def _stored(weights: NDArray[np.float32], storage: Storage) -> NDArray[np.float32]:
+    """What is left of the weight maps ``(h, R, N, w)`` of one group."""
+    return storage.coded_weights(weights.swapaxes(1, 2)).swapaxes(1, 2)
 
 
 def _coupled(matrix: NDArray[np.float32], maps: NDArray[np.float32]) -> NDArray[np.float32]:

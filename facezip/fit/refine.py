@@ -28,7 +28,8 @@ from facezip.machine.progress import track
 from facezip.machine.rows import by_rows, map_rows
 
 # Many texels tell the weights in few alternations: by effort, how many are visited in all, in how many alternations.
-VISITS = {"fast": (2**24, 4, 16), "default": (24 * 2**20, 6, 24), "best": (2**26, 64, 64)}
+# "start" is for fits that go on with a codec in the loop: after more of them it would lose more of the slots.
+VISITS = {"start": (2**21, 4, 8), "fast": (2**24, 4, 16), "default": (24 * 2**20, 6, 24), "best": (2**26, 64, 64)}
 
 Locked = Mapping[int, NDArray[np.float32]]
 Solve = Callable[[WeightSystem, NDArray[np.float32]], tuple[NDArray[np.float32], float]]

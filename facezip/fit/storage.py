@@ -6,14 +6,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.blocks import bc4
-from facezip.blocks.codecs import Codec
+from facezip.blocks.codecs import Codec, raw
 from facezip.character.maps import Map
 from facezip.character.neutrals import packed_neutral, unpacked_neutral
 from facezip.files.images import to_float
 from facezip.pack.footprint import Texture
 from facezip.pack.model import CompressedTextures
-from facezip.pack.quantise import STEPS, ZERO, quantise_weights
+from facezip.pack.quantise import STEPS, ZERO
+
+RGBA = raw(4)
 
 
 @dataclass(frozen=True)
@@ -24,20 +25,26 @@ class Storage:
     ----------
     textures : of neutral and differences. One block size for both: the differences then make up best for what the
         neutral lost.
-    weights_in_bc4 : whether weight maps are BC4, one a slot; otherwise 8 bits a channel, four slots an RGBA layer.
+    weights : of weight maps, as many slots in one image as it has channels: one in BC4, four in RGBA of ASTC or BC7, or
+        uncompressed.
     """
 
     textures: Codec
-    weights_in_bc4: bool = False
+    weights: Codec = RGBA
 
     def bytes_of(self, model: CompressedTextures) -> int:
         """Bytes of all maps; uniform weights are shader constants and take none."""
         cost = model.footprint
         textures = sum((1 + cost.differences) * self.texture_bytes(texture) for tile in cost.tiles for texture in tile)
-        if cost.layers == 0 or not self.weights_in_bc4:
-            return textures + cost.weight_bytes
-        count = cost.expressions * cost.differences
-        return textures + count * sum(bc4.bytes_of(height, width) for height, width in cost.weight_sizes)
+        if cost.layers == 0:
+            return textures
+        images = cost.expressions * len(self.groups(cost.differences))
+        return textures + images * sum(self.weights.bytes_of(height, width) for height, width in cost.weight_sizes)
+
+    def groups(self, slots: int) -> list[slice]:
+        """The slots that share an image of weight maps."""
+        size = self.weights.channels
+        return [slice(first, min(first + size, slots)) for first in range(0, slots, size)]
 
     def texture_bytes(self, texture: Texture) -> int:
         """Bytes of one texture: of its blocks, or of the channels that it has where there are none."""
@@ -64,9 +71,16 @@ class Storage:
         values: NDArray[np.float32] = (stored.astype(np.float32) - ZERO) * step
         return values
 
-    def weights(self, maps: NDArray[np.float32]) -> NDArray[np.float32]:
-        """What is left of one slot's weight maps ``(h, N, w)``; one range for all."""
-        if not self.weights_in_bc4 or maps.shape[::2] == (1, 1):
-            return quantise_weights(maps.swapaxes(0, 1)[..., None]).values[..., 0].swapaxes(0, 1)
-        low, range_ = maps.min(), np.maximum(np.ptp(maps), np.float32(1e-12))
-        return bc4.round_trip((maps.swapaxes(0, 1) - low) / range_).swapaxes(0, 1) * range_ + low
+    def coded_weights(self, maps: NDArray[np.float32]) -> NDArray[np.float32]:
+        """What is left of the weight maps ``(h, N, R, w)`` of one group; one range a slot for all expressions.
+
+        Uniform weights are no textures, and stay as they are.
+        """
+        if maps.shape[::3] == (1, 1):
+            return maps
+        low = maps.min(axis=(0, 1, 3), keepdims=True)
+        range_ = np.maximum(maps.max(axis=(0, 1, 3), keepdims=True) - low, np.float32(1e-12))
+        images = np.rint((maps - low) / range_ * np.float32(255)).astype(np.uint8).transpose(1, 0, 3, 2)
+        stored = np.stack([to_float(self.weights.round_trip(image)) for image in images])
+        values: NDArray[np.float32] = stored.transpose(1, 0, 3, 2) * range_ + low
+        return values

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from facezip.documents.document import Data
 from reports.rates.documents import Comparison
-from reports.rates.families import OURS, RIVAL
+from reports.rates.families import OURS, PAPER_RANK
 from reports.rates.points import Point
 
 # A point or a row of a document, as data.
@@ -28,14 +28,25 @@ def envelope(points: Sequence[Row]) -> list[Row]:
 
 
 def compare(points: Sequence[Point]) -> list[Comparison]:
-    """For every point of the rival, our best one that costs no more."""
+    """For every point of a rival, our best ones that cost no more, of codecs that lie on the same devices."""
     rows = []
-    for rival in sorted((one for one in points if one.family == RIVAL), key=lambda one: one.bytes_per_texel):
-        within = [one for one in points if one.family == OURS and one.bytes_per_texel <= rival.bytes_per_texel]
-        if within:
-            ours = min(within, key=lambda one: (one.rmse, one.bytes_per_texel))
-            rows.append(Comparison(rival=rival, ours=ours, ratio=ours.rmse / rival.rmse))
+    for family, ours in OURS.items():
+        for rival in sorted((one for one in points if one.family == family), key=lambda one: one.bytes_per_texel):
+            within = [one for one in points if one.family == ours and one.bytes_per_texel <= rival.bytes_per_texel]
+            if within:
+                rows.append(_compared(rival, within))
     return rows
+
+
+def _compared(rival: Point, within: Sequence[Point]) -> Comparison:
+    ours = min(within, key=_by_error)
+    few = min((one for one in within if (one.differences or 0) <= PAPER_RANK), key=_by_error, default=None)
+    few_ratio = few.rmse / rival.rmse if few else None
+    return Comparison(rival=rival, ours=ours, ratio=ours.rmse / rival.rmse, few=few, few_ratio=few_ratio)
+
+
+def _by_error(point: Point) -> tuple[float, float]:
+    return point.rmse, point.bytes_per_texel
 
 
 def in_use(rows: Sequence[Row]) -> list[Row]:

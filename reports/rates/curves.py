@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from facezip.documents.document import Data
 from reports.maps import headline, unit
-from reports.metrics import megabytes, number
+from reports.metrics import BY_KEY, MISSING, megabytes, number
 from reports.plots import Axis, Mark, Plot, dot, line
 from reports.rates.comparison import LEAST, MOST, Row, envelope, in_use, of_family
 from reports.rates.families import FAMILIES, Family
@@ -58,24 +58,36 @@ def curves(one: Round, width: float) -> Plot:
 
 
 def comparison(one: Round) -> Table:
-    """Our best at no more bytes than each size of the rival."""
+    """Our best at no more bytes than each size of the rivals, and our best of few fetches."""
     rows = []
     for row in one["comparison"]:
-        rival, ours = row["rival"], row["ours"]
+        rival = row["rival"]
         cells = (
-            Cell(number(rival["bytes_per_texel"], 2)),
-            Cell(number(rival["rmse"], 2), f"{rival['fetches']} fetches"),
-            Cell(number(ours["rmse"], 2), f"{ours['fetches']} fetches"),
-            Cell(number(ours["bytes_per_texel"], 2), _made(ours)),
-            Cell(number(row["ratio"], 2)),
+            Cell(number(rival["bytes_per_texel"], 2), f"{number(rival['bits'], 2)} bits"),
+            Cell(number(rival["rmse"], 2), f"{_decibels(rival)}, {rival['fetches']} fetches"),
+            *_ours(row["ours"], row["ratio"]),
+            *_ours(row.get("few"), row.get("few_ratio")),
         )
         rows.append(TableRow(_block(rival["codec"]), cells, strong=row in in_use(one["comparison"])))
-    columns = ("Bytes a texel", "Its RMSE", "Ours", "Our bytes", "Ours / its")
+    columns = ("Bytes a texel", "Its RMSE", "Ours", "Ours / its", f"Ours, {_fewest(one)}", "Ours / its")
     caption = (
-        f"{one['expressions']} expressions: every texture in ASTC, and our best pack of no more bytes. "
-        f"Bold: {LEAST:g} to {MOST:g} bytes a texel."
+        f"{one['expressions']} expressions: every texture coded alone, and our best packs of no more bytes. Bits are a "
+        f"texel and channel. Bold: {LEAST:g} to {MOST:g} bytes a texel."
     )
-    return Table(caption, "ASTC block", columns, tuple(rows))
+    return Table(caption, "Codec", columns, tuple(rows))
+
+
+def _ours(point: Row | None, ratio: float | None) -> tuple[Cell, Cell]:
+    if point is None or ratio is None:
+        return Cell(MISSING), Cell(MISSING)
+    size = f"{number(point['bytes_per_texel'], 2)} bytes, {point['fetches']} fetches"
+    return Cell(number(point["rmse"], 2), f"{_decibels(point)}, {size}: {_made(point)}"), Cell(number(ratio, 2))
+
+
+def _fewest(one: Round) -> str:
+    """The fetches of a pack of four differences, in words."""
+    fetches = {row["few"]["fetches"] for row in one["comparison"] if "few" in row}
+    return f"at most {max(fetches)} fetches" if fetches else "few fetches"
 
 
 def table(one: Round) -> Table:
@@ -88,14 +100,16 @@ def table(one: Round) -> Table:
         for point in of_family(one["points"], family.key):
             cells = (
                 Cell(number(point["bytes_per_texel"], 2), f"{megabytes(point['bytes'])} MB"),
+                Cell(number(point["bits"], 2)),
                 Cell(number(point["rmse"], 2)),
+                Cell(_decibels(point)),
                 *(Cell(number(headline(point["errors"][name]), 2)) for name in maps),
                 Cell(str(point["fetches"])),
                 Cell(number(point["seconds"], 1)),
             )
             rows.append(TableRow(family.label, cells, _made(point), strong=point in best))
     each = (f"{name.capitalize()}, {unit(found)}" for name, found in maps.items())
-    columns = ("Bytes a texel", "RMSE", *each, "Fetches", "Seconds")
+    columns = ("Bytes a texel", "Bits a value", "RMSE", "PSNR", *each, "Fetches", "Seconds")
     return Table(f"{one['expressions']} expressions", "Stored", columns, tuple(rows))
 
 
@@ -112,9 +126,16 @@ def _made(point: Row) -> str:
     """Codec, rank and scale in words."""
     words = [_block(point["codec"])]
     if point["differences"]:
-        words.append(f"{point['differences']} differences, weights 1/{point['weight_scale']}")
+        weights = f"weights 1/{point['weight_scale']} in {_block(point['weights'])}"
+        words.append(f"{point['differences']} differences, {weights}")
     return ", ".join(words)
 
 
+def _decibels(point: Row) -> str:
+    return f"{BY_KEY['psnr'].text(point['psnr'])} dB"
+
+
 def _block(codec: str) -> str:
-    return codec.removeprefix("astc_").replace("x", " × ") if codec.startswith("astc") else codec.upper()
+    if codec.startswith("astc"):
+        return codec.replace("astc_", "ASTC ").replace("x", " × ")
+    return codec if codec == "raw" else codec.upper()

@@ -13,11 +13,20 @@ from reports.rates.points import Point
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """A point of the rival, our best one that costs no more, and the ratio of their errors."""
+    """A point of a rival, and our best ones that cost no more.
+
+    Attributes
+    ----------
+    rival, ours : points.
+    ratio : of their errors.
+    few, few_ratio : our best one of at most four differences, six fetches of one map; none where none costs so little.
+    """
 
     rival: Point
     ours: Point
     ratio: float
+    few: Point | None = None
+    few_ratio: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +37,7 @@ class Round:
     ----------
     expressions : how many.
     points : the measurements.
-    comparison : by points of the rival.
+    comparison : by points of the rivals.
     """
 
     expressions: int

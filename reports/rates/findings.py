@@ -1,5 +1,6 @@
 """What the curves say, in words made of the numbers alone."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from facezip.documents.document import Data
@@ -19,18 +20,25 @@ def find(document: Data) -> list[Finding]:
 
 
 def _ratio(one: Round) -> Finding | None:
-    rows = in_use(one["comparison"])
+    rows = [row for row in in_use(one["comparison"]) if row["rival"]["family"] == "textures_astc"]
     if not rows:
         return None
-    ratios = [row["ratio"] for row in rows]
     fetches = sorted({row["ours"]["fetches"] for row in rows})
-    least, most = number(min(ratios), 2), number(max(ratios), 2)
-    spread = least if least == most else f"{least} to {most}"
-    return Finding(
-        title=f"{one['expressions']} expressions, against ASTC on every texture",
-        here=f"Between {LEAST:g} and {MOST:g} bytes a texel a pack leaves {spread} of its error at no more bytes, "
-        f"with {_range(fetches)} texture fetches a pixel in the place of {rows[0]['rival']['fetches']}.",
+    here = (
+        f"Between {LEAST:g} and {MOST:g} bytes a texel a pack leaves {_spread([row['ratio'] for row in rows])} of its "
+        f"error at no more bytes, with {_range(fetches)} texture fetches a pixel in the place of "
+        f"{rows[0]['rival']['fetches']}."
     )
+    few = [row for row in rows if "few" in row]
+    if few:
+        most = max(row["few"]["fetches"] for row in few)
+        here += f" Packs of at most {most} fetches leave {_spread([row['few_ratio'] for row in few])}."
+    return Finding(title=f"{one['expressions']} expressions, against ASTC on every texture", here=here)
+
+
+def _spread(ratios: Sequence[float]) -> str:
+    least, most = number(min(ratios), 2), number(max(ratios), 2)
+    return least if least == most else f"{least} to {most}"
 
 
 def _loop(one: Round) -> Finding | None:
@@ -75,7 +83,7 @@ def _in_reach(one: Round, family: str) -> list[Row]:
 
 
 def _way(point: Row) -> tuple[Any, ...]:
-    return point["codec"], point["differences"], point["weight_scale"]
+    return point["codec"], point["differences"], point["weight_scale"], point["weights"]
 
 
 def _range(values: list[int]) -> str:

@@ -1,6 +1,8 @@
 """What is measured: error and bytes of one way to store all maps of a character on all its tiles."""
 
 from dataclasses import dataclass
+from functools import lru_cache
+from math import log10
 from time import perf_counter
 
 import numpy as np
@@ -16,6 +18,7 @@ from facezip.fit.methods import compress
 from facezip.fit.storage import Storage
 from facezip.pack.errors import Errors, model_errors, texture_errors
 from facezip.pack.footprint import Texture
+from facezip.pack.model import CompressedTextures
 
 
 @dataclass(frozen=True)
@@ -28,23 +31,28 @@ class Point:
     codec : of the textures, as ``"astc_8x8"``.
     bytes : of GPU memory, all maps and tiles, the neutral included.
     bytes_per_texel : the same over the texels of one expression, of all maps and tiles.
+    bits : the same a texel and channel of all expressions.
     fetches : textures that a shader reads for a pixel.
     rmse : 0..255, of what the GPU's decoder gives back, over all maps (:func:`facezip.fit.choice.whole_error`).
+    psnr : the same in dB; null where nothing is lost.
     errors : by map, means over expressions.
-    seconds : of fitting and coding.
-    differences, weight_scale : of a pack; null of textures.
+    seconds : of fitting and coding; of coding alone where the fit is that of the point before.
+    differences, weight_scale, weights : of a pack, ``weights`` the codec of its weight maps; null of textures.
     """
 
     family: str
     codec: str
     bytes: int
     bytes_per_texel: float
+    bits: float
     fetches: int
     rmse: float
+    psnr: float | None
     errors: Errors
     seconds: float
     differences: int | None
     weight_scale: int | None
+    weights: str | None
 
 
 @dataclass(frozen=True)
@@ -65,8 +73,8 @@ class Textures:
         errors = texture_errors(character, coded)
         count = 1 + len(character.expressions)
         size = count * sum(storage.texture_bytes(Texture(*stack.neutral.shape)) for stack in character.stacks.values())
-        numbers = size, size / _texels(character), count * len(kinds), *_errors(errors)
-        return Point(self.family, self.codec.name, *numbers, perf_counter() - begin, None, None)
+        numbers = size, *_shares(character, size), count * len(kinds), *_errors(errors)
+        return Point(self.family, self.codec.name, *numbers, perf_counter() - begin, None, None, None)
 
 
 @dataclass(frozen=True)
@@ -86,18 +94,30 @@ class Pack:
         if self.in_the_loop:
             model = fit_coded(character, self.differences, self.weight_scale, self.storage)
         else:
-            fit = compress(character, self.method, differences=self.differences, weight_scale=self.weight_scale)
-            model = coded_afterwards(fit, self.storage)
+            model = coded_afterwards(_fitted(character, self.method, self.differences, self.weight_scale), self.storage)
         seconds, size, cost = perf_counter() - begin, self.storage.bytes_of(model), model.footprint
-        numbers = size, size / _texels(character), cost.fetches, *_errors(model_errors(character, model)), seconds
-        return Point(self.family, self.storage.textures.name, *numbers, cost.differences, self.weight_scale)
+        numbers = size, *_shares(character, size), cost.fetches, *_errors(model_errors(character, model)), seconds
+        made = cost.differences, self.weight_scale, self.storage.weights.name
+        return Point(self.family, self.storage.textures.name, *numbers, *made)
 
 
-def _texels(character: Character) -> int:
-    """Of one expression."""
-    return sum(stack.resolution[0] * stack.resolution[1] for stack in character.stacks.values())
+@lru_cache(maxsize=1)
+def _fitted(character: Character, method: str, differences: int, weight_scale: int) -> CompressedTextures:
+    """One fit for all the codecs that are tried after it."""
+    return compress(character, method, differences=differences, weight_scale=weight_scale)
 
 
-def _errors(errors: Errors) -> tuple[float, Errors]:
-    """The one number, and those of each map."""
-    return whole_error(errors, {}), {name: found.means for name, found in errors.items()}
+def _shares(character: Character, size: int) -> tuple[float, float]:
+    """Bytes a texel of one expression, and bits a texel and channel of all."""
+    texels = values = 0
+    for stack in character.stacks.values():
+        texels += stack.resolution[0] * stack.resolution[1]
+        values += stack.textures.size
+    return size / texels, 8 * size / values
+
+
+def _errors(errors: Errors) -> tuple[float, float | None, Errors]:
+    """The one number, the same as PSNR, and those of each map."""
+    rmse = whole_error(errors, {})
+    psnr = 20 * log10(255 / rmse) if rmse else None
+    return rmse, psnr, {name: found.means for name, found in errors.items()}

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip.blocks.codecs import bc7, raw
+from facezip.blocks.codecs import bc4, bc7, raw
 from facezip.documents.document import plain
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.fit.choice import whole_error
@@ -27,13 +27,14 @@ from tests.reports.test_validation import Page
 HOSTILE = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)> {{ 7*7 }} & ]]>"
 
 
-def point(family, size, error):
-    return Point(family, "raw", 100 * size, size, 6, error, {"albedo": MapErrors(rmse=error)}, 1.0, 4, 8)
+def point(family, size, error, differences=4, fetches=6):
+    errors = {"albedo": MapErrors(rmse=error)}
+    return Point(family, "raw", 100 * size, size, size, fetches, error, 40.0, errors, 1.0, differences, 8, "bc4")
 
 
 WAYS = [
     Textures("textures_astc", bc7()),
-    Pack("refined_astc", "refined", 2, 8, Storage(bc7(), weights_in_bc4=True), in_the_loop=True),
+    Pack("refined_astc", "refined", 2, 8, Storage(bc7(), bc4()), in_the_loop=True),
     Pack("refined_raw", "refined", 2, 8, RAW),
 ]
 
@@ -72,7 +73,7 @@ def test_every_texture_raw_costs_its_bytes_and_has_no_error():
 
 def test_a_coded_pack_costs_its_blocks():
     character = random_character(side=32)
-    measured = Pack("refined_bc7", "refined", 2, 8, Storage(bc7(), weights_in_bc4=True), in_the_loop=True)
+    measured = Pack("refined_bc", "refined", 2, 8, Storage(bc7(), bc4()), in_the_loop=True)
     # Three textures at a byte a texel, and for every expression and slot one block of eight bytes for 4 x 4 weights.
     weights = len(character.expressions) * 2 * 8 / 32**2
     assert measured.measure(character).bytes_per_texel == pytest.approx(3 + weights)
@@ -137,6 +138,32 @@ def test_the_comparison_never_costs_more_than_the_rival():
     rows = compare(points)
     assert [(row.rival.bytes_per_texel, row.ours.rmse) for row in rows] == [(3.0, 2.0), (9.0, 0.5)]
     assert in_use(plain(rows)) == plain(rows[:1])
+
+
+def test_packs_of_few_fetches_have_a_place_of_their_own():
+    points = [point("textures_astc", 3.0, 3.0)]
+    points += [point("refined_astc", 2.5, 2.0), point("refined_astc", 2.6, 1.0, differences=6, fetches=9)]
+    (row,) = compare(points)
+    assert (row.ours.fetches, row.few.fetches, row.few.rmse) == (9, 6, 2.0)
+    assert row.few_ratio == pytest.approx(2 / 3)
+    (row,) = compare([points[0], points[2]])
+    assert row.few is row.few_ratio is None
+
+
+def test_textures_are_compared_with_packs_of_the_same_devices():
+    points = [point("textures_astc", 5.0, 1.0), point("textures_bc", 5.0, 1.0)]
+    points += [point("refined_astc", 4.0, 0.5), point("refined_bc", 4.0, 0.7)]
+    pairs = {(row.rival.family, row.ours.family) for row in compare(points)}
+    assert pairs == {("textures_astc", "refined_astc"), ("textures_bc", "refined_bc")}
+
+
+def test_bits_and_decibels_are_the_bytes_and_the_error():
+    character = random_character(side=32)
+    found = Textures("textures_bc", bc7()).measure(character)
+    count = len(character.expressions)
+    # A byte a texel of neutral and expressions, which have three channels.
+    assert found.bits == pytest.approx(8 * (1 + count) / (3 * count))
+    assert found.psnr == pytest.approx(20 * np.log10(255 / found.rmse))
 
 
 @pytest.mark.parametrize("character", [random_character(side=32), random_surface(side=32, tiles=(2, 1))])

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facezip.blocks.codecs import astc, bc7, raw
+from facezip.blocks.codecs import astc, bc4, bc7, raw
 from facezip.character.maps import KNOWN, angles, normals_of
 from facezip.files.images import to_float
 from facezip.fit.choice import whole_error
@@ -18,7 +18,7 @@ from facezip.pack.quantise import quantise
 from tests.facezip.conftest import ALBEDO_KEY, one_part, random_character, random_model
 from tests.facezip.surfaces import random_surface
 
-ASTC = Storage(astc((6, 6), "fast"), weights_in_bc4=True)
+ASTC = Storage(astc((6, 6), "fast"), bc4())
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +38,7 @@ def rmse(character, model):
 
 @pytest.mark.parametrize("block", [(4, 4), (8, 8)])
 def test_a_fit_with_the_codec_in_the_loop_beats_coding_afterwards(character, block):
-    storage = Storage(astc(block, "fast"), weights_in_bc4=True)
+    storage = Storage(astc(block, "fast"), bc4())
     after = Storage(astc(block, "fast"))
     refined = compress(character, method="refined", differences=3, weight_scale=4)
     assert rmse(character, fit_coded(character, 3, 4, storage)) < 0.9 * rmse(
@@ -107,9 +107,33 @@ def test_raw_storage_of_all_maps_is_that_of_a_pack(tiled):
 def test_bytes_are_those_of_all_maps():
     model = random_model(size=(24, 40), weights=(3, 5), slots=5, expressions=3)
     assert Storage(raw(3)).bytes_of(model) == 6 * 24 * 40 * 3 + 3 * 15 * 8
-    assert Storage(bc7(), weights_in_bc4=True).bytes_of(model) == 6 * 24 * 40 + 3 * 5 * 2 * 8
+    assert Storage(bc7(), bc4()).bytes_of(model) == 6 * 24 * 40 + 3 * 5 * 2 * 8
     # Uncompressed, a texture costs the channels that it has.
     grey = one_part(Part(np.zeros((8, 8, 1), np.float32), np.zeros((2, 8, 8, 1), np.float32)), model.weights[1001])
     assert Storage(raw(3)).bytes_of(grey) == grey.footprint.bytes_on_gpu
     uniform = replace(model, weights={tile: maps[:, :1, :1] for tile, maps in model.weights.items()})
     assert Storage(raw(3)).bytes_of(uniform) == 6 * 24 * 40 * 3
+
+
+@pytest.mark.parametrize(
+    "codec", [raw(4), bc4(), bc7(4), astc((4, 4), "fast", 1), astc((5, 5), "fast", 4)], ids=lambda one: one.name
+)
+@pytest.mark.parametrize("slots", [2, 4, 6])
+def test_weight_maps_take_the_blocks_of_their_codec_and_come_back(codec, slots):
+    """Slots that share an image, and the last image's that are fewer."""
+    storage, model = Storage(raw(3), codec), smooth_model(slots)
+    back = coded_afterwards(model, storage)
+    images = 3 * -(-slots // codec.channels)
+    textures = (1 + slots) * model.footprint.tiles[0][0].plain
+    assert storage.bytes_of(back) == textures + images * codec.bytes_of(8, 8)
+    for tile, weights in model.weights.items():
+        spans = np.ptp(weights, axis=(0, 1, 2))
+        assert (np.abs(back.weights[tile] - weights) <= 0.15 * spans).all()
+
+
+def smooth_model(slots):
+    """Three expressions' weight maps of 8 x 8 texels, alike in all slots but for their ranges."""
+    y, x = np.mgrid[:8, :8] / np.float32(8)
+    maps = np.stack([x, y, (x + y) / 2])[..., None] * np.arange(1, slots + 1, dtype=np.float32)
+    model = random_model(size=(64, 64), slots=slots)
+    return replace(model, weights={tile: maps.astype(np.float32) for tile in model.weights})
