@@ -80,6 +80,7 @@ def command(
     CHARACTER is a folder with neutral.obj, neutral.png, and NAME.obj and NAME.png for each expression, or a .glb or
     .gltf. PNG, TIFF, OpenEXR and JPEG are read. A mask.png limits the face region and the error. NAME.normal.png,
     NAME.roughness.png, NAME.specular.png and NAME.cavity.png share the weight maps. NAME.1001.png … are UDIM tiles.
+    Files of other names are listed in character.toml (docs/maps.md).
     """
     check_together(options.on_line(context), given)
     request = replace(
