@@ -42,8 +42,8 @@ def test_a_render_far_from_every_limit_is_decided():
 
 def test_intervals_are_told_around_the_metrics():
     found = judged((0.01, 0.002, 0.018))
-    assert found["interval"].keys() == {"delta_e_p95", "delta_e_local", "flip"}
-    assert all(low <= found[name] <= high and low < high for name, (low, high) in found["interval"].items())
+    assert found.interval.keys() == {"delta_e_p95", "delta_e_local", "flip"}
+    assert all(low <= getattr(found, name) <= high and low < high for name, (low, high) in found.interval.items())
 
 
 def test_noise_across_a_limit_is_not_decided():

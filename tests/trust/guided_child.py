@@ -13,11 +13,14 @@ from typing import NoReturn
 import atheris
 
 ROOT = Path(__file__).parents[2]
+# What a module names that has compiled functions, or is one of those that compile.
+COMPILED = ("numba", "machine.kernels", "machine.vectors")
 
 
 def instrumented() -> AbstractContextManager[object]:
     """In the block, modules of facezip are imported with calls that report branches; compiled ones cannot have them."""
-    files = [path for path in sorted((ROOT / "facezip").rglob("*.py")) if "numba" in path.read_text("utf-8")]
+    every = {path: path.read_text("utf-8") for path in sorted((ROOT / "facezip").rglob("*.py"))}
+    files = [path for path, text in every.items() if any(name in text for name in COMPILED)]
     compiled = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in files]
     return atheris.instrument_imports(include=["facezip", "tomllib"], exclude=compiled)
 
