@@ -5,6 +5,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.character.raster import covered as on_chart
+from facezip.files.obj import Topology
 from facezip.machine import memory
 from facezip.machine.kernels import kernel
 from facezip.machine.rows import BLOCK, by_rows, map_rows
@@ -111,3 +113,11 @@ def _across(top: int, nearest: NDArray[np.int32]) -> None:
                 near = next_
                 at += 1
             nearest[y, x] = rows[site[at]] * width + site[at]
+
+
+def shown(topology: Topology | None, size: tuple[int, int]) -> NDArray[np.bool_]:
+    """The texels that the surface shows; all where no face lies on a tile."""
+    chart = None if topology is None else on_chart(topology, size)
+    if chart is not None and any(map_rows(lambda top, bottom: bool(chart[top:bottom].any()), len(chart))):
+        return chart
+    return by_rows(lambda _: np.ones(1, np.bool_), size, np.bool_)

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from facezip.character.maps import ALBEDO, KNOWN, Map
 from facezip.character.neutrals import packed_neutral
-from facezip.character.raster import covered
 from facezip.character.tiles import shifted
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.export.fill import Fill
+from facezip.export.fill import Fill, shown
 from facezip.export.folder import FORMAT, is_export, put_document
 from facezip.export.layering import Weights, fitted_layers, layer_errors
 from facezip.export.mixing import Rule
@@ -67,13 +66,9 @@ class Layered:
 
     def fills(self) -> dict[str, Fill]:
         """The texels of each map that the surface shows; maps of one size share them."""
-        found: dict[tuple[int, int], Fill] = {}
+        topology = shifted(self.model.meshes.topology, self.tile) if self.model.meshes else None
         sizes = {kind.name: self.model.parts[kind.name, self.tile].neutral.shape[:2] for kind in self.model.maps}
-        for size in {*sizes.values()}:
-            chart = np.zeros(size, np.bool_)
-            if self.model.meshes:
-                chart = covered(shifted(self.model.meshes.topology, self.tile), size)
-            found[size] = Fill(chart if chart.any() else ~chart)
+        found = {size: Fill(shown(topology, size)) for size in {*sizes.values()}}
         return {name: found[size] for name, size in sizes.items()}
 
 

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from facezip.character.maps import ALBEDO, KNOWN, Map
 from facezip.character.meshes import Meshes
-from facezip.character.raster import covered
 from facezip.character.tiles import charts, shifted
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.export.fill import Fill
+from facezip.export.fill import Fill, shown
 from facezip.export.joining import CHANNELS, joined
 from facezip.export.masks import MOST_VECTORS, Masks
 from facezip.export.regions import Regions, read_regions
@@ -22,7 +21,6 @@ from facezip.files.images import Texels
 from facezip.files.obj import Topology
 from facezip.files.reading import reading, undisturbed
 from facezip.machine import memory
-from facezip.machine.rows import by_rows, map_rows
 from facezip.pack.atlas import atlases, columns_of
 from facezip.pack.manifest import Manifest, TileEntry
 from facezip.pack.masked import MaskedWeights
@@ -226,7 +224,7 @@ def _alone(stored: StoredTextures, tile: int, weights: NDArray[np.float32]) -> I
         part = stored.parts[kind.name, tile]
         _, height, width, channels = part.differences.shape
         if (height, width) not in fills:
-            fills[height, width] = Fill(_covered(topology, (height, width)))
+            fills[height, width] = Fill(shown(topology, (height, width)))
         yield Sheet(
             ((kind, slice(0, channels)),),
             part.neutral[..., :channels],
@@ -236,14 +234,6 @@ def _alone(stored: StoredTextures, tile: int, weights: NDArray[np.float32]) -> I
             weights,
             fills[height, width],
         )
-
-
-def _covered(topology: Topology | None, size: tuple[int, int]) -> NDArray[np.bool_]:
-    """The texels that the surface shows; all where no face lies on a tile."""
-    chart = None if topology is None else covered(topology, size)
-    if chart is not None and any(map_rows(lambda top, bottom: bool(chart[top:bottom].any()), len(chart))):
-        return chart
-    return by_rows(lambda _: np.ones(1, np.bool_), size, np.bool_)
 
 
 def _row_bytes(manifest: Manifest) -> int:
