@@ -110,11 +110,11 @@ def _mixed(weights: NDArray[np.float32]) -> NDArray[np.float32]:
 
 def _coded_weights(system: WeightSystem, start: NDArray[np.float32], storage: Storage) -> NDArray[np.float32]:
     """The weight maps ``(h, R, N, w)`` of a system, solved and stored image after image."""
-    right, (weights, _) = system.right.copy(), solve_weights(system, start)
+    right, weights = system.right.copy(), solve_weights(system, start)
     for group in reversed(storage.groups(weights.shape[1])):
         free = np.ascontiguousarray(system.matrix[:, : group.stop, : group.stop])
         rest = WeightSystem(free, np.ascontiguousarray(right[:, : group.stop]))
-        weights[:, : group.stop], _ = solve_weights(rest, np.ascontiguousarray(weights[:, : group.stop]))
+        weights[:, : group.stop] = solve_weights(rest, np.ascontiguousarray(weights[:, : group.stop]))
         weights[:, group] = _stored(weights[:, group], storage)
         for slot in range(group.start, group.stop):
             right[:, : group.start] -= _coupled(system.matrix[:, : group.start, slot], weights[:, slot])

@@ -19,7 +19,7 @@ from facezip.character.scans import Character
 from facezip.files.images import as_texels, to_float
 from facezip.fit.activations import ActivationSystem, Bounds, project, solve_activations
 from facezip.fit.importance import map_factors, weighted_samples
-from facezip.fit.nonnegative import solve_bounded
+from facezip.fit.nonnegative import Limits, solve_bounded
 from facezip.fit.sweep import joint_system
 from facezip.fit.weights import WeightSystem, solve_weights
 from facezip.pack.masked import MaskedWeights
@@ -92,13 +92,13 @@ def _with_maps(stored: StoredWeights, system: WeightSystem) -> tuple[StoredWeigh
     system.regularise(system.mean_diagonal)
     free = np.zeros_like(system.right)
     for _ in range(ROUNDS):
-        free, _ = solve_weights(system, free)
+        free = solve_weights(system, free)
     low, high = stored.offset, stored.offset + stored.span
     column = slice(None), None, None
     start, count = np.clip(free, low[column], high[column]), free.shape[2]
     each = (len(low), count)
     bounds = np.broadcast_to(low[:, None], each), np.broadcast_to(high[:, None], each)
-    bounded, _ = solve_bounded(system, start, bounds[0], bounds[1], BOUNDED_SWEEPS)
+    bounded = solve_bounded(system, start, Limits(*bounds), BOUNDED_SWEEPS)
     # A byte of a range says nothing finer than half a step.
     beyond = np.abs(bounded - free) > stored.span[column] / 255
     texels = weight_bytes(bounded.transpose(2, 0, 3, 1), low, stored.span)

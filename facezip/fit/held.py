@@ -29,19 +29,9 @@ class Held:
 
     def put(self, weights: NDArray[np.float32]) -> NDArray[np.float32]:
         """Weights with those that stay in their place, and the others within their bounds."""
-        return by_rows(lambda rows: self._rows(weights[rows], rows), weights.shape, np.float32)
 
-    def ahead(
-        self, weights: NDArray[np.float32], previous: NDArray[np.float32], momentum: float
-    ) -> NDArray[np.float32]:
-        """As :meth:`put`, of where ``momentum`` leads."""
+        def within(rows: slice) -> NDArray[np.float32]:
+            free = np.clip(weights[rows], self.low[..., None], self.high[..., None])
+            return np.where(self.where[rows], self.values[rows], free)
 
-        def further(rows: slice) -> NDArray[np.float32]:
-            here: NDArray[np.float32] = weights[rows]
-            return self._rows(here + np.float32(momentum) * (here - previous[rows]), rows)
-
-        return by_rows(further, weights.shape, np.float32)
-
-    def _rows(self, weights: NDArray[np.float32], rows: slice) -> NDArray[np.float32]:
-        within = np.clip(weights, self.low[..., None], self.high[..., None])
-        return np.where(self.where[rows], self.values[rows], within)
+        return by_rows(within, weights.shape, np.float32)

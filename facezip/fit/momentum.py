@@ -1,39 +1,36 @@
-"""Nesterov's momentum over alternations: far fewer of them reach the same error.
+"""Nesterov's momentum over alternations of activations: far fewer of them reach the same error.
 
 Where the error grows, it went past the goal and is forgotten (O'Donoghue & Candès, Adaptive Restart for Accelerated
 Gradient Schemes, 2015).
 """
 
 from collections.abc import Callable, Iterable
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-Weights = TypeVar("Weights", NDArray[np.float32], NDArray[np.float64])
-
 
 def accelerated(
-    start: Weights,
+    start: NDArray[np.float64],
     steps: Iterable[int],
-    ahead: Callable[[Weights, Weights, float], Weights],
-    alternate: Callable[[Weights], tuple[Weights, float]],
-) -> Weights:
-    """What alternations from ``start`` lead to, one for each of ``steps``.
+    ahead: Callable[[NDArray[np.float64], NDArray[np.float64], float], NDArray[np.float64]],
+    alternate: Callable[[NDArray[np.float64]], tuple[NDArray[np.float64], float]],
+) -> NDArray[np.float64]:
+    """The activations that alternations from ``start`` lead to, one for each of ``steps``.
 
     Parameters
     ----------
-    ahead : of weights W, those before, and a momentum μ: W + μ (W - before), within the bounds of W.
-    alternate : of weights the next ones, and how much the given ones explain.
+    ahead : of activations A, those before, and a momentum μ: A + μ (A - before), within their bounds.
+    alternate : of activations the next ones, and how much the given ones explain.
     """
-    weights = previous = start
+    activations = previous = start
     explained_before, age = -np.inf, 0
     for _ in steps:
-        place = ahead(weights, previous, age / (age + 2))
+        place = ahead(activations, previous, age / (age + 2))
         age += 1
-        previous = weights
-        weights, explained = alternate(place)
+        previous = activations
+        activations, explained = alternate(place)
         if explained < explained_before:
-            previous, age = weights, 0
+            previous, age = activations, 0
         explained_before = explained
-    return weights
+    return activations

@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.samples import Samples, thinned
+from facezip.fit.descent import Descent
 from facezip.fit.held import Held
-from facezip.fit.momentum import accelerated
-from facezip.fit.nonnegative import solve_bounded, solve_nonnegative
+from facezip.fit.nonnegative import Limits, improve_bounded
 from facezip.fit.pca import larger_sides, principal_weights
 from facezip.fit.start import balanced_start, uniform
 from facezip.fit.sweep import joint_system, solve_textures
-from facezip.fit.weights import SMOOTHNESS, WeightSystem, solve_weights
+from facezip.fit.weights import SMOOTHNESS, WeightSystem, improve_weights
 from facezip.machine import memory
 from facezip.machine.progress import track
 from facezip.machine.rows import by_rows, map_rows
@@ -32,8 +32,6 @@ from facezip.machine.rows import by_rows, map_rows
 VISITS = {"start": (2**21, 4, 8), "fast": (2**24, 4, 16), "default": (24 * 2**20, 6, 24), "best": (2**26, 64, 64)}
 
 Locked = Mapping[int, NDArray[np.float32]]
-Solve = Callable[[WeightSystem, NDArray[np.float32]], tuple[NDArray[np.float32], float]]
-Ahead = Callable[[NDArray[np.float32], NDArray[np.float32], float], NDArray[np.float32]]
 # The textures of a map under weights ``(h, R, N, w)``, where some of them stay as they are.
 Textures = Callable[[Samples, NDArray[np.float32]], NDArray[np.float32]]
 
@@ -83,7 +81,7 @@ def fit_weights(
     else:
         weights = balanced_start(few, components, grid)
     fit = _Fit(maps, smoothness, nonnegative, around(locked) if taken else (), effort)
-    weights = fit.alternated(weights, solve_nonnegative if nonnegative else solve_weights)
+    weights = fit.alternated(weights, Limits.nonnegative(weights) if nonnegative else None)
     return weights if sparse is None else fit.sparse(weights, sparse)
 
 
@@ -105,8 +103,8 @@ def fit_around(
     textures : of each map, how its textures are solved; none where they are free.
     effort : as in :func:`fit_weights`.
     """
-    solve = partial(solve_bounded, low=held.low, high=held.high, held=held.where)
-    return _Fit(maps, SMOOTHNESS, False, textures, effort).alternated(held.put(weights), solve, held.ahead)
+    limits = Limits(held.low, held.high, held.where)
+    return _Fit(maps, SMOOTHNESS, False, textures, effort).alternated(held.put(weights), limits)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,24 +117,30 @@ class _Fit:
     textures: Sequence[Textures]
     effort: str
 
-    def alternated(self, weights: NDArray[np.float32], solve: Solve, ahead: Ahead | None = None) -> NDArray[np.float32]:
+    def alternated(self, weights: NDArray[np.float32], limits: Limits | None = None) -> NDArray[np.float32]:
         """Textures and weights in turn, from ``weights``."""
         count, unit = alternations(self.maps[0].importance.size, self.effort), 0.0
-
-        def alternate(ahead: NDArray[np.float32]) -> tuple[NDArray[np.float32], float]:
-            nonlocal unit
-            system = self.system(ahead)
+        descent = Descent(weights, limits)
+        # Around what is locked textures are solved whole, which no choice of texels would shorten.
+        steps = count if self.textures else Descent.steps(weights.shape, count)
+        for _ in track(range(steps), "Refining", steps):
+            moves = descent.ahead()
+            system = self.system(descent.weights, moves.moving)
             unit = unit or system.mean_diagonal
             system.regularise(unit, self.smoothness)
-            return solve(system, ahead)
+            if limits is None:
+                improve_weights(system, descent.weights, moves)
+            else:
+                improve_bounded(system, descent.weights, moves, limits)
+            descent.settle(moves)
+        return descent.weights
 
-        within = ahead or partial(_extrapolated, low=0 if self.nonnegative else -np.inf)
-        return accelerated(weights, track(range(count), "Refining", count), within, alternate)
-
-    def system(self, weights: NDArray[np.float32]) -> WeightSystem:
-        """The weights' equations under the best textures, those that are locked among them."""
+    def system(self, weights: NDArray[np.float32], moving: NDArray[np.bool_] | None = None) -> WeightSystem:
+        """The weights' equations under the best textures, those that are locked among them: at least of the texels that
+        move.
+        """
         if not self.textures:
-            return joint_system(self.maps, weights)
+            return joint_system(self.maps, weights, moving=moving)
         pairs = zip(self.maps, self.textures, strict=True)
         return joint_system(self.maps, weights, [solved(some, weights) for some, solved in pairs])
 
@@ -153,7 +157,7 @@ class _Fit:
             high = np.where(used, np.float32(np.inf), np.float32(0))
             low = np.zeros_like(high) if self.nonnegative else -high
             weights = by_rows(partial(_kept, weights, used), weights.shape, np.float32)
-            weights = self.alternated(weights, partial(solve_bounded, low=low, high=high))
+            weights = self.alternated(weights, Limits(low, high))
         return weights
 
 
@@ -175,16 +179,6 @@ def at_most_one(
     for slot, one in (units or {}).items():
         unit[slot] = one
     return by_rows(lambda rows: weights[rows] / unit[:, None, None], weights.shape, np.float32), unit
-
-
-def _extrapolated(
-    weights: NDArray[np.float32], previous: NDArray[np.float32], momentum: float, low: float
-) -> NDArray[np.float32]:
-    def ahead(rows: slice) -> NDArray[np.float32]:
-        here: NDArray[np.float32] = weights[rows]
-        return np.maximum(here + np.float32(momentum) * (here - previous[rows]), np.float32(low))
-
-    return by_rows(ahead, weights.shape, np.float32)
 
 
 def _kept(weights: NDArray[np.float32], used: NDArray[np.bool_], rows: slice) -> NDArray[np.float32]:

@@ -43,6 +43,7 @@ from facezip.pack.strips import (
     read_importance,
     read_strip,
     read_textures,
+    visited_strips,
     write_textures,
 )
 
@@ -53,7 +54,10 @@ LITTLE = 0.05
 
 
 def weight_system(
-    samples: Samples, weights: NDArray[np.float32], textures: NDArray[np.float32] | None = None
+    samples: Samples,
+    weights: NDArray[np.float32],
+    textures: NDArray[np.float32] | None = None,
+    moving: NDArray[np.bool_] | None = None,
 ) -> WeightSystem:
     """The system that the weight maps solve under ``textures``, or under those that fit best to ``weights``.
 
@@ -62,16 +66,20 @@ def weight_system(
     samples : the texels.
     weights : ``(h, R, N, w)``, sampled bilinearly.
     textures : ``(R, H, W, C)``, or None.
+    moving : ``(h, w)``, the weight texels whose equations have to be whole, where others may lack terms; None for all.
     """
     grid, ridge = _sampling(samples, weights), _ridge(weights)
     system = WeightSystem.zeros(weights.shape)
     little = np.float32(LITTLE * samples.importance.max())
     given = np.empty((0, 1, 1, 1), np.float32) if textures is None else textures
+    visited = visited_strips(np.ones((len(weights), weights.shape[3]), np.bool_) if moving is None else moving, grid)
 
     def block(top: int, bottom: int) -> tuple[int, WeightSystem]:
         begin, end = int(grid.rows.first[top]), int(grid.rows.second[bottom - 1]) + 1
         part = WeightSystem.zeros((end - begin, *weights.shape[1:]))
-        _accumulate(top, bottom, samples.stored, samples.importance, little, weights, grid, ridge, given, begin, part)
+        _accumulate(
+            top, bottom, samples.stored, samples.importance, little, weights, grid, ridge, given, visited, begin, part
+        )
         complete(part.matrix)
         return begin, part
 
@@ -82,11 +90,14 @@ def weight_system(
 
 
 def joint_system(
-    maps: Sequence[Samples], weights: NDArray[np.float32], textures: Sequence[NDArray[np.float32]] | None = None
+    maps: Sequence[Samples],
+    weights: NDArray[np.float32],
+    textures: Sequence[NDArray[np.float32]] | None = None,
+    moving: NDArray[np.bool_] | None = None,
 ) -> WeightSystem:
     """The equations of weight maps that several maps share: the sum of each one's (:func:`weight_system`)."""
     total, *others = (
-        weight_system(samples, weights, textures[k] if textures else None) for k, samples in enumerate(maps)
+        weight_system(samples, weights, textures[k] if textures else None, moving) for k, samples in enumerate(maps)
     )
     for other in others:
         map_rows(partial(_add, total, other), len(total.right))
@@ -212,11 +223,12 @@ def _accumulate(
     grid: Grid,
     ridge: np.float32,
     textures: NDArray[np.float32],
+    visited: NDArray[np.bool_],
     begin: int,
     system: WeightSystem,
 ) -> None:
     """Add rows of texels to a part of the system, from row ``begin`` on: under ``textures``, or those that fit best
-    where there are none.
+    where there are none. Strips that are not ``visited`` (:func:`facezip.pack.strips.visited_strips`) are left out.
     """
     count, _, width, channels = stored.textures.shape
     slots = weights.shape[1]
@@ -224,8 +236,10 @@ def _accumulate(
     sums = no_sums(slots, strip.rows.shape[1], channels)
     for left in range(0, width, LANES):
         find_shares(grid.columns, left, shares)
-        first, between, visited = grid.columns.first[left], top - 1, False
+        first, between, some = grid.columns.first[left], top - 1, False
         for y in range(top, bottom):
+            if not visited[grid.rows.first[y], left // LANES]:
+                continue
             if read_importance(importance, y, bottom, left, little, importances) > 0:
                 there = read_strip(stored, y, left, slots, strip.rows)
                 if len(textures) > 0:
@@ -238,11 +252,11 @@ def _accumulate(
                 # Textures are zero where nothing is to be said.
                 if there:
                     accumulate_strip(strip.normal, strip.rows, importances, grid.rows.fraction[y], sums)
-                    visited = True
-            if visited and (y + 1 == bottom or not same_rows(grid.rows, y, y + 1)):
+                    some = True
+            if some and (y + 1 == bottom or not same_rows(grid.rows, y, y + 1)):
                 rows = grid.rows.first[y] - begin, grid.rows.second[y] - begin
                 collect_strip(sums, rows, first, shares, system)
-                visited = False
+                some = False
 
 
 @inner()

@@ -2,24 +2,19 @@
 
 Layout: a row of the grid holds ``(R, N, w)`` weights and ``(R, R, 9, w)`` couplings, columns innermost, so that the
 kernels run along rows in vector registers.
-
-The system ``A x = b`` is solved by conjugate gradients (Hestenes & Stiefel, Methods of Conjugate Gradients for Solving
-Linear Systems, 1952) with a block Jacobi preconditioner M, as in Saad, Iterative Methods for Sparse Linear Systems,
-2nd edition, algorithm 9.1, whose letters these are: residual r = b - A x, z = M⁻¹ r, direction p, step α, β.
 """
 
-from typing import NamedTuple
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.fit.windows import solve_bands
 from facezip.machine import memory
-from facezip.machine.kernels import inner, kernel
-from facezip.machine.rows import by_rows, map_rows, sum_rows
-from facezip.machine.vectors import ABREAST, LANES, all_of, load, plus_product, store, totals
+from facezip.machine.kernels import kernel
+from facezip.machine.rows import by_rows, map_rows
 
-# Warm started: more steps would solve exactly what the next alternation changes again.
-STEPS = 4
 # What ties a weight to its neighbours, and to zero, as a part of the system's mean diagonal. The first fills what no
 # texel sees; both keep noise out of the weights.
 SMOOTHNESS = 1e-3
@@ -56,63 +51,49 @@ class WeightSystem(NamedTuple):
         map_rows(lambda top, bottom: _regularise(top, bottom, self.matrix, tie, ridge), len(self.matrix))
 
 
-class _State(NamedTuple):
-    """Where conjugate gradients are: x, r, p and A·p ``(h, R, N, w)``, and M⁻¹ ``(h, R, R, w)``."""
+class Moves(NamedTuple):
+    """Which weight texels ``(h, w)`` a solver may change, and what it says of those.
 
-    x: NDArray[np.float32]
-    r: NDArray[np.float32]
-    p: NDArray[np.float32]
-    ap: NDArray[np.float32]
-    m_inverse: NDArray[np.float32]
-
-
-def solve_weights(system: WeightSystem, start: NDArray[np.float32]) -> tuple[NDArray[np.float32], float]:
-    """A few steps of conjugate gradients from ``start``, ``(h, R, N, w)``, each expression with its own α and β.
-
-    Returns
-    -------
-    weights : ``(h, R, N, w)``.
-    explained : how much lower the system's squared error is at ``start`` than with all weights zero.
+    Attributes
+    ----------
+    moving : ``(h, w)``.
+    before : ``(h, R, N, w)`` float32, what the weights were before they came to where they are.
+    gains : ``(h, w)`` float32, about how much lower the squared error is by the change of each.
+    along : ``(h, w)`` float32, below 0 where the weights came too far: how much further on the error would fall.
     """
-    height, a, b = len(start), system.matrix, system.right
-    state = _begin(system, start)
-    explained = sum(map_rows(lambda top, bottom: _explained(start, b, state.r, top, bottom), height))
-    alpha, beta = np.zeros((2, start.shape[2]), np.float32)
 
-    def advanced() -> NDArray[np.float64]:
-        return sum_rows(lambda top, bottom: _advance(top, bottom, alpha, state), height)
+    moving: NDArray[np.bool_]
+    before: NDArray[np.float32]
+    gains: NDArray[np.float32]
+    along: NDArray[np.float32]
 
-    rz = advanced()
-    for _ in range(STEPS):
-        map_rows(lambda top, bottom: _turn(top, bottom, beta, state), height)
-        pap = sum_rows(lambda top, bottom: multiply(top, bottom, a, state.p, state.ap), height)
-        alpha[:] = _ratio(rz, pap)
-        before, rz = rz, advanced()
-        beta[:] = _ratio(rz, before)
-    return state.x, explained
+    @classmethod
+    def of(cls, moving: NDArray[np.bool_], before: NDArray[np.float32]) -> "Moves":
+        """With nothing said yet."""
+        return cls(moving, before, np.zeros(moving.shape, np.float32), np.zeros(moving.shape, np.float32))
 
-
-def _begin(system: WeightSystem, start: NDArray[np.float32]) -> _State:
-    """x = ``start`` and p = 0: the first step goes along z."""
-    height, slots, _, w = start.shape
-    m_inverse: NDArray[np.float32] = memory.empty((height, slots, slots, w), np.float32)
-    map_rows(lambda top, bottom: _invert(top, bottom, system.matrix, m_inverse), height)
-    product: NDArray[np.float32] = memory.empty(start.shape, np.float32)
-    sum_rows(lambda top, bottom: multiply(top, bottom, system.matrix, start, product), height)
-    r = by_rows(lambda rows: system.right[rows] - product[rows], start.shape, np.float32)
-    x = by_rows(lambda rows: start[rows], start.shape, np.float32)
-    return _State(x, r, memory.zeros(start.shape, np.float32), product, m_inverse)
+    @classmethod
+    def everywhere(cls, weights: NDArray[np.float32]) -> "Moves":
+        """All texels of weights ``(h, R, N, w)``."""
+        return cls.of(np.ones((len(weights), weights.shape[3]), np.bool_), weights)
 
 
-def _explained(
-    start: NDArray[np.float32], b: NDArray[np.float32], r: NDArray[np.float32], top: int, bottom: int
-) -> float:
-    # In single precision the last digits hide what the last alternations gain.
-    return float(np.vdot(start[top:bottom].astype(np.float64), b[top:bottom] + r[top:bottom].astype(np.float64)))
+def improve_weights(system: WeightSystem, weights: NDArray[np.float32], moves: Moves) -> None:
+    """Bring weights ``(h, R, N, w)`` nearer to the solution, in place (:mod:`facezip.fit.windows`)."""
+    arrays = system.matrix, system.right, moves.moving, weights, moves.before, moves.gains, moves.along
+    for parity in (0, 1):
+        map_rows(partial(_solve, parity, arrays), len(weights))
 
 
-def _ratio(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float32]:
-    return np.divide(a, b, out=np.zeros_like(a), where=b > 0).astype(np.float32)
+def _solve(parity: int, arrays: tuple[NDArray[Any], ...], top: int, bottom: int) -> None:
+    solve_bands(top, bottom, parity, *arrays)
+
+
+def solve_weights(system: WeightSystem, start: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Weights nearer to the solution than ``start`` ``(h, R, N, w)``."""
+    weights = by_rows(lambda rows: start[rows], start.shape, np.float32)
+    improve_weights(system, weights, Moves.everywhere(weights))
+    return weights
 
 
 @kernel()
@@ -127,149 +108,3 @@ def _regularise(top: int, bottom: int, matrix: NDArray[np.float32], tie: np.floa
                         matrix[y, i, i, cell, x] -= tie
                         neighbours += 1
                 matrix[y, i, i, 4, x] += neighbours * tie + ridge
-
-
-@kernel(fastmath={"contract"}, error_model="numpy")
-def _invert(top: int, bottom: int, matrix: NDArray[np.float32], out: NDArray[np.float32]) -> None:
-    """The inverse of every texel's coupling with itself, by Gauss and Jordan: they are positive definite."""
-    _, slots, _, _, w = matrix.shape
-    for y in range(top, bottom):
-        # Not by slices: their check of shapes takes longer to compile than all else here.
-        for i in range(slots):
-            for j in range(slots):
-                for x in range(w):
-                    out[y, i, j, x] = matrix[y, i, j, 4, x]
-        for k in range(slots):
-            for x in range(w):
-                out[y, k, k, x] = np.float32(1) / out[y, k, k, x]
-            for i in range(slots):
-                for x in range(w if i != k else 0):
-                    out[y, i, k, x] *= -out[y, k, k, x]
-            for i in range(slots):
-                for j in range(slots):
-                    for x in range(w if i != k and j != k else 0):
-                        out[y, i, j, x] += out[y, i, k, x] * out[y, k, j, x]
-            for j in range(slots):
-                for x in range(w if j != k else 0):
-                    out[y, k, j, x] *= out[y, k, k, x]
-
-
-@kernel()
-def multiply(
-    top: int, bottom: int, a: NDArray[np.float32], p: NDArray[np.float32], ap: NDArray[np.float32]
-) -> NDArray[np.float64]:
-    """A·p of rows; returns pᵀ A·p per expression, ``(N,)``."""
-    _, slots, count, w = p.shape
-    wide, abreast = (w + LANES - 1) // LANES * LANES, (count + ABREAST - 1) // ABREAST * ABREAST
-    # Three rows of p with a column beside them, one row of A and one of the product: zeros follow the last column, and
-    # expressions of nothing the last one.
-    near = np.zeros((3, slots, abreast, wide + LANES), np.float32)
-    coupled = np.zeros((slots, slots, 9, wide), np.float32)
-    product = np.zeros((slots, abreast, wide), np.float32)
-    pap = np.zeros(count)
-    for y in range(top, bottom):
-        for ny in range(y - 1 if y == top else y + 1, y + 2):
-            _read_row(p, ny, near)
-        _read_couplings(a, y, coupled)
-        for i in range(slots):
-            for n in range(0, abreast, ABREAST):
-                for x in range(0, wide, LANES):
-                    _couple(y, i, n, x, near, coupled, product)
-            for n in range(count):
-                at, here = (i * abreast + n) * wide, ((y % 3 * slots + i) * abreast + n) * (wide + LANES) + 1
-                total = all_of(np.float32(0))
-                for x in range(0, wide, LANES):
-                    total = plus_product(total, load(near, here + x), load(product, at + x))
-                pap[n] += totals(total, total, total, total)[0]
-                for x in range(w):
-                    ap[y, i, n, x] = product[i, n, x]
-    return pap
-
-
-@inner()
-def _read_row(p: NDArray[np.float32], y: int, near: NDArray[np.float32]) -> None:
-    """A row of p into one of three, from the second column on; zeros beside the grid."""
-    h, slots, count, w = p.shape
-    for j in range(slots):
-        for n in range(count):
-            for x in range(w):
-                near[y % 3, j, n, x + 1] = p[y, j, n, x] if 0 <= y < h else np.float32(0)
-
-
-@inner()
-def _read_couplings(a: NDArray[np.float32], y: int, coupled: NDArray[np.float32]) -> None:
-    for i in range(a.shape[1]):
-        for j in range(a.shape[2]):
-            for cell in range(9):
-                for x in range(a.shape[4]):
-                    coupled[i, j, cell, x] = a[y, i, j, cell, x]
-
-
-@inner()
-def _couple(
-    y: int, i: int, n: int, x: int, near: NDArray[np.float32], coupled: NDArray[np.float32], out: NDArray[np.float32]
-) -> None:
-    """What couples 16 texels to their neighbours, for four expressions from n on."""
-    _, slots, all_rows, room = near.shape
-    wide = out.shape[2]
-    first = second = third = fourth = all_of(np.float32(0))
-    for k in range(3):
-        row = (y + k - 1) % 3
-        for j in range(slots):
-            for beside in range(3):
-                factor = load(coupled, ((i * slots + j) * 9 + 3 * k + beside) * wide + x)
-                at = ((row * slots + j) * all_rows + n) * room + x + beside
-                first = plus_product(first, factor, load(near, at))
-                second = plus_product(second, factor, load(near, at + room))
-                third = plus_product(third, factor, load(near, at + 2 * room))
-                fourth = plus_product(fourth, factor, load(near, at + 3 * room))
-    there = (i * all_rows + n) * wide + x
-    store(out, there, first)
-    store(out, there + wide, second)
-    store(out, there + 2 * wide, third)
-    store(out, there + 3 * wide, fourth)
-
-
-@inner(fastmath={"contract", "reassoc"})
-def _dot(a: NDArray[np.float32], b: NDArray[np.float32]) -> np.float32:
-    total = np.float32(0)
-    for column in range(len(a)):
-        total += a[column] * b[column]
-    return total
-
-
-@kernel(fastmath={"contract"})
-def _advance(top: int, bottom: int, alpha: NDArray[np.float32], state: _State) -> NDArray[np.float64]:
-    """``x += α p``, ``r -= α A·p``; returns rᵀz per expression, ``(N,)``."""
-    x, r, p, ap, m_inverse = state
-    _, slots, count, w = x.shape
-    rz, z = np.zeros(count), np.empty(w, np.float32)
-    for y in range(top, bottom):
-        for i in range(slots):
-            for n in range(count):
-                for c in range(w):
-                    x[y, i, n, c] += alpha[n] * p[y, i, n, c]
-                    r[y, i, n, c] -= alpha[n] * ap[y, i, n, c]
-        for n in range(count):
-            for i in range(slots):
-                z[:] = 0
-                for j in range(slots):
-                    for c in range(w):
-                        z[c] += m_inverse[y, i, j, c] * r[y, j, n, c]
-                rz[n] += _dot(r[y, i, n], z)
-    return rz
-
-
-@kernel(fastmath={"contract"})
-def _turn(top: int, bottom: int, beta: NDArray[np.float32], state: _State) -> None:
-    """``p = z + β p``."""
-    _, r, p, _, m_inverse = state
-    _, slots, count, w = p.shape
-    for y in range(top, bottom):
-        for i in range(slots):
-            for n in range(count):
-                for c in range(w):
-                    p[y, i, n, c] *= beta[n]
-                for j in range(slots):
-                    for c in range(w):
-                        p[y, i, n, c] += m_inverse[y, i, j, c] * r[y, j, n, c]

@@ -21,7 +21,7 @@ from facezip.machine.vectors import (
     times,
     totals,
 )
-from facezip.pack.sampling import Taps
+from facezip.pack.sampling import Grid, Taps
 
 # Of so many rows one stands for all where they count little: a divisor of a block's.
 ROWS = 4
@@ -34,6 +34,15 @@ def no_shares(columns: Taps) -> NDArray[np.float32]:
     for left in range(0, width, LANES):
         most = max(most, columns.second[min(left + LANES, width) - 1] - columns.first[left] + 1)
     return np.zeros(((most + ABREAST - 1) // ABREAST * ABREAST, LANES), np.float32)
+
+
+def visited_strips(moving: NDArray[np.bool_], grid: Grid) -> NDArray[np.bool_]:
+    """Which strips look at weight texels ``moving`` ``(h, w)``: ``(h, S)``, of rows that lie below each row of them."""
+    lefts = np.arange(0, len(grid.columns.first), LANES)
+    rights = np.minimum(lefts + LANES, len(grid.columns.first)) - 1
+    before = np.pad(moving, ((0, 1), (1, 0))).cumsum(axis=1, dtype=np.int64)
+    found = before[:, grid.columns.second[rights] + 1] > before[:, grid.columns.first[lefts]]
+    return np.ascontiguousarray(found[:-1] | found[1:])
 
 
 @inner()

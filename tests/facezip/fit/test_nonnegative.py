@@ -6,12 +6,24 @@ from scipy.optimize import nnls
 
 from facezip import compress
 from facezip.character.samples import samples_of
-from facezip.fit.nonnegative import solve_nonnegative
+from facezip.fit.nonnegative import Limits, improve_bounded, solve_bounded
 from facezip.fit.pca import larger_sides
 from facezip.fit.sweep import solve_textures, weight_system
+from facezip.fit.weights import Moves
 from facezip.pack.quantise import quantise
 from tests.facezip.conftest import part_of, principal_components, random_character, refine, rmse, weights_of
 from tests.facezip.fit.test_sweep import pixels, random_weights, upsampling
+
+
+def explained_by(system, weights):
+    """How much lower the squared error is than with all weights zero."""
+    h, _, _, w = weights.shape
+    padded = np.pad(weights.astype(float), ((1, 1), (0, 0), (0, 0), (1, 1)))
+    product = sum(
+        np.einsum("hijw,hjnw->hinw", system.matrix[:, :, :, q], padded[q // 3 : q // 3 + h, :, :, q % 3 : q % 3 + w])
+        for q in range(9)
+    )
+    return float((weights * (2 * system.right - product)).sum())
 
 
 def added(character, differences=3, **options):
@@ -24,7 +36,7 @@ def test_weights_are_those_of_nonnegative_least_squares(character):
     textures = solve_textures(samples, start).reshape(2, -1, 3)
     design = np.einsum("ipc,pa->pcai", textures, upsampling(32, 4)).reshape(-1, 32)
     system = weight_system(samples, start)
-    found, _ = solve_nonnegative(system, np.zeros_like(start), sweeps=400)
+    found = solve_bounded(system, np.zeros_like(start), Limits.nonnegative(start), sweeps=400)
     for n, target in enumerate(pixels(character).reshape(5, -1)):
         expected = nnls(design, target)[0].reshape(4, 4, 2).transpose(0, 2, 1)
         np.testing.assert_allclose(found[:, :, n], expected, rtol=5e-3, atol=5e-3)
@@ -35,9 +47,18 @@ def test_sweeps_never_raise_the_error(character):
     system = weight_system(samples_of(character.first), random_weights(4, 2, 5))
     weights, explained = np.abs(random_weights(4, 2, 5, seed=1)), []
     for _ in range(5):
-        weights, before = solve_nonnegative(system, weights, sweeps=1)
-        explained.append(before)
+        weights = solve_bounded(system, weights, Limits.nonnegative(weights), sweeps=1)
+        explained.append(explained_by(system, weights))
     assert explained == sorted(explained)
+
+
+def test_only_what_moves_changes(character):
+    system = weight_system(samples_of(character.first), random_weights(4, 2, 5))
+    start, moving = np.abs(random_weights(4, 2, 5, seed=1)), np.zeros((4, 4), bool)
+    moving[1, 2:] = True
+    weights = start.copy()
+    improve_bounded(system, weights, Moves.of(moving, start), Limits.nonnegative(start))
+    assert ((weights != start).any(axis=(1, 2)) == moving).all()
 
 
 @pytest.mark.parametrize("seed", range(3))

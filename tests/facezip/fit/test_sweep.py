@@ -52,7 +52,7 @@ def test_the_system_is_that_of_least_squares_under_the_sampler(character):
     expected = np.linalg.lstsq(design, target.T, rcond=None)[0].reshape(4, 4, 2, 5).transpose(0, 2, 3, 1)
     weights = start
     for _ in range(40):
-        weights, _ = solve_weights(weight_system(samples, start), weights)
+        weights = solve_weights(weight_system(samples, start), weights)
     np.testing.assert_allclose(weights, expected, rtol=2e-3, atol=2e-3)
 
 
@@ -62,6 +62,20 @@ def test_given_textures_make_the_same_system_as_solved_ones(character):
     given = weight_system(samples, weights, solve_textures(samples, weights))
     np.testing.assert_array_equal(solved.matrix, given.matrix)
     np.testing.assert_array_equal(solved.right, given.right)
+
+
+@pytest.mark.parametrize("scale", [4, 8])
+@pytest.mark.parametrize("resolution", [100, 256])
+def test_equations_of_what_moves_are_those_of_all_texels(resolution, scale):
+    character = random_character(side=resolution, expressions=4)
+    samples, low = samples_of(character.first), -(-resolution // scale)
+    weights = random_weights(low, 2, 4)
+    moving = np.zeros((low, low), bool)
+    moving[3:7, 5:9] = moving[low - 1, 0] = moving[low // 2, low - 1] = True
+    whole, part = weight_system(samples, weights), weight_system(samples, weights, moving=moving)
+    for all_, some in zip(whole, part, strict=True):
+        np.testing.assert_array_equal(np.moveaxis(some, -1, 1)[moving], np.moveaxis(all_, -1, 1)[moving])
+    assert not part.right[low // 4 : low // 3, :, :, 3 * low // 4 :].any()
 
 
 @pytest.mark.parametrize("resolution", [31, 130, 200])
