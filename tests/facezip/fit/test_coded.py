@@ -101,7 +101,8 @@ def test_raw_storage_of_all_maps_is_that_of_a_pack(tiled):
     stored, read = coded_afterwards(model, Storage(raw(3))), quantise(model).dequantised()
     for key, part in stored.parts.items():
         np.testing.assert_allclose(part.neutral, read.parts[key].neutral, atol=2e-6)
-        np.testing.assert_allclose(part.differences, read.parts[key].differences, atol=1e-6)
+        # A codec finds the range in the texture itself, which may use all but the last of the 127 steps.
+        np.testing.assert_allclose(part.differences, read.parts[key].differences, rtol=1 / 126, atol=1e-6)
 
 
 def test_bytes_are_those_of_all_maps():
