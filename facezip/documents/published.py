@@ -20,6 +20,7 @@ PUBLISHED = {
     "bench-rig": "reports.paper.documents:RigBenchDocument",
     "bench-shader": "facezip.export.timing:ShaderDocument",
     "compress": "facezip.fit.documents:CompressDocument",
+    "curves": "facezip.export.documents:CurvesDocument",
     "decompress": "facezip.commands.decompress:DecompressDocument",
     "demo": "facezip.commands.demo:DemoDocument",
     "doctor": "facezip.character.diagnosis:Diagnosis",

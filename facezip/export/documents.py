@@ -1,7 +1,7 @@
 """``facezip.json``, which every export has, and what ``facezip export`` says of it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from facezip.character.maps import Encoding
@@ -223,13 +223,13 @@ class ExportDocument(TileExport):
 
     Attributes
     ----------
-    files : all others.
+    files : all others, which are looked at when the last is written.
     sha256 : of the document without this field, as JSON with sorted keys and no spaces.
     output, bytes : the folder, and the bytes of all files; not in the file.
     """
 
-    files: Mapping[str, ExportedFile]
-    sha256: str
+    files: Mapping[str, ExportedFile] = field(default_factory=dict)
+    sha256: str = ""
     output: str | None = None
     bytes: int | None = None
 
@@ -249,8 +249,8 @@ class TilesDocument(Document):
     target: str
     name: str
     tiles: Mapping[str, TileExport]
-    files: Mapping[str, ExportedFile]
-    sha256: str
+    files: Mapping[str, ExportedFile] = field(default_factory=dict)
+    sha256: str = ""
     output: str | None = None
     bytes: int | None = None
 
@@ -312,6 +312,34 @@ class LayerCurve:
 
 
 @dataclass(frozen=True, kw_only=True)
+class CurveImages:
+    """What a curve drives, by files of the export: a mask of a picture.
+
+    Attributes
+    ----------
+    map, mask : the picture and the mask.
+    """
+
+    map: str
+    mask: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class CurvesDocument(Document):
+    """``curves.json`` beside MetaHuman's layers: the animation of every expression.
+
+    Attributes
+    ----------
+    curves : by name, what each drives.
+    expressions : by name, the values of the curves that are not 0, from 0 to 1.
+    """
+
+    format: Literal["facezip-curves/1"] = "facezip-curves/1"
+    curves: Mapping[str, CurveImages]
+    expressions: Mapping[str, Mapping[str, float]]
+
+
+@dataclass(frozen=True, kw_only=True)
 class LayersExport(Document):
     """An export of layers under masks, for MetaHuman or O3DE, as it stands in ``facezip.json``.
 
@@ -332,8 +360,8 @@ class LayersExport(Document):
     maps: Mapping[str, LayeredMap]
     curves: Mapping[str, LayerCurve] | None = None
     notes: Sequence[str]
-    files: Mapping[str, ExportedFile]
-    sha256: str
+    files: Mapping[str, ExportedFile] = field(default_factory=dict)
+    sha256: str = ""
     output: str | None = None
     bytes: int | None = None
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from facezip.export.animation import Frame, blended, check, every_expression, read_animation
+from facezip.export.documents import ExportDocument, TilesDocument
 from facezip.export.engine import write_text
 from facezip.export.folder import Target
 from facezip.export.formats import PNG, Format
@@ -39,7 +40,7 @@ def export_usd(
     animation: Path | None = None,
     region: Mapping[str, Path] | None = None,
     overwrite: bool = False,
-) -> dict[str, Any]:
+) -> ExportDocument | TilesDocument:
     """Export a pack as :class:`facezip.export.folder.Target` does, with an animation.
 
     Parameters
