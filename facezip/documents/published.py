@@ -36,6 +36,7 @@ PUBLISHED = {
     "paper": "reports.paper.documents:PaperDocument",
     "pointer": "render.plugin.baseline:PointerDocument",
     "rates": "reports.rates.documents:RatesDocument",
+    "record": "facezip.batch.finished:RecordDocument",
     "rig": "facezip.rigging.documents:RigDocument",
     "scaling": "reports.scaling:ScalingDocument",
     "scene": "facezip.viewer.documents:SceneDocument",
