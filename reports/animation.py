@@ -7,7 +7,7 @@ from pathlib import Path
 from facezip.character.maps import ALBEDO
 from facezip.documents.document import Data, plain, to_json
 from facezip.files.writing import write_whole
-from render.documents import AnimationDocument
+from render.documents.animation import AnimationDocument
 from render.paired import Images
 from reports.conditions import condition_rows
 from reports.findings import Finding

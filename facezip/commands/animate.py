@@ -15,7 +15,7 @@ from facezip.rigging.originals import originals_of
 from facezip.rigging.sequences import frames_of, poses_for
 
 if TYPE_CHECKING:
-    from render.documents import AnimationDocument
+    from render.documents.animation import AnimationDocument
 
 
 @click.command("animate")

@@ -8,7 +8,7 @@ SCHEMAS = Path(__file__).with_name("schemas")
 
 PUBLISHED = {
     "alignment": "facezip.commands.check:CheckDocument",
-    "animation": "render.documents:AnimationDocument",
+    "animation": "render.documents.animation:AnimationDocument",
     "batch": "facezip.commands.batch:BatchDocument",
     "bench-alarms": "render.plugin.alarms:AlarmsDocument",
     "bench-batch": "facezip.commands.bench.batch:BatchBenchDocument",
@@ -40,7 +40,7 @@ PUBLISHED = {
     "rig": "facezip.rigging.documents:RigDocument",
     "scaling": "reports.scaling:ScalingDocument",
     "scene": "facezip.viewer.documents:SceneDocument",
-    "validation": "render.documents:ValidationDocument",
+    "validation": "render.documents.validation:ValidationDocument",
     "verify": "facezip.commands.verify:VerifyDocument",
     "view": "facezip.commands.view:ViewDocument",
 }
