@@ -15,7 +15,7 @@ from facezip.commands.doctor import command
 from facezip.documents.reading import read_document
 from facezip.errors import ExitCode
 from facezip.export import TARGETS
-from facezip.export.documents import TilesDocument
+from facezip.export.documents.tiles import TilesDocument
 from facezip.export.record import checksum, with_record
 from facezip.files.images import read_texture, write_texture
 from facezip.fit.methods import compress

@@ -9,7 +9,7 @@ from facezip.character.diagnosis import Diagnosis, Refusal, Row
 from facezip.character.notes import Note
 from facezip.documents.document import from_plain
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.export.documents import ExportedFile
+from facezip.export.documents.tiles import ExportedFile
 from facezip.export.record import FILE_NAME, SETTINGS, checksum, numbers_of, settings_in
 from facezip.files.reading import reading
 from facezip.pack.verification import stored

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from facezip.documents.document import Document, from_json, to_json
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.export.documents import ExportDocument, ExpressionPlace, Gains, TileExport, TilesDocument
+from facezip.export.documents.textures import ExpressionPlace, Gains
+from facezip.export.documents.tiles import ExportDocument, TileExport, TilesDocument
 from facezip.export.formats import Format
 from facezip.export.record import FILE_NAME, E, with_record
 from facezip.export.source import APART, TOGETHER, Source, Tile, read_source

@@ -11,7 +11,7 @@ from facezip.character.maps import ALBEDO, KNOWN, Map
 from facezip.character.neutrals import packed_neutral
 from facezip.character.tiles import shifted
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.export.documents import LayeredMap, LayeredTexture, LayersExport
+from facezip.export.documents.layers import LayeredMap, LayeredTexture, LayersExport
 from facezip.export.fill import Fill, shown
 from facezip.export.folder import is_export, put_document
 from facezip.export.layering import LayerErrors, Layers, Weights, fitted_layers, layer_errors

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.export.documents import ExportedMasks
+from facezip.export.documents.textures import ExportedMasks
 from facezip.pack.footprint import SLOTS_PER_LAYER
 
 FILE_NAME = "masks.png"

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.maps import Map, angles
-from facezip.export.documents import CodecErrors, MipErrors
+from facezip.export.documents.maps import CodecErrors, MipErrors
 from facezip.export.levels import Level
 from facezip.export.mips import Pyramid
 from facezip.export.sheets import Sheet

@@ -17,7 +17,7 @@ import numpy as np
 from facezip.character.maps import ALBEDO, Map
 from facezip.documents.document import to_json
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.export.documents import CurveImages, CurvesDocument, LayerCurve, LayersExport
+from facezip.export.documents.layers import CurveImages, CurvesDocument, LayerCurve, LayersExport
 from facezip.export.engine import write_text
 from facezip.export.layered import (
     Layered,

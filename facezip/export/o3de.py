@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from facezip.character.gltf import add_mesh, start
 from facezip.character.maps import ALBEDO, Map
 from facezip.character.tiles import charts
-from facezip.export.documents import LayeredMap, LayersExport
+from facezip.export.documents.layers import LayeredMap, LayersExport
 from facezip.export.engine import write_text
 from facezip.export.gltf import GLB_FILE, add_joint
 from facezip.export.layered import (

@@ -14,7 +14,9 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from facezip.documents.document import plain
-from facezip.export.documents import Export, ExportDocument, ExportedFile, LayersExport, TileExport, TilesDocument
+from facezip.export.documents.export import Export
+from facezip.export.documents.layers import LayersExport
+from facezip.export.documents.tiles import ExportDocument, ExportedFile, TileExport, TilesDocument
 from facezip.files.decoding import decoding
 from facezip.files.statements import stated
 from facezip.pack.verification import stored

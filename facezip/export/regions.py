@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.export.documents import ExportedRegions
+from facezip.export.documents.textures import ExportedRegions
 from facezip.files.images import write_texture
 from facezip.files.values import read_mask
 from facezip.names import first_unusable

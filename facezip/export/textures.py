@@ -9,7 +9,8 @@ import numpy as np
 from facezip.blocks.codecs import Codec, raw
 from facezip.character.maps import MAX_SLOPE
 from facezip.export.containers import Pieces
-from facezip.export.documents import CodecErrors, ExportedMap, ExportedTexture, MipErrors
+from facezip.export.documents.maps import CodecErrors, ExportedMap, MipErrors
+from facezip.export.documents.textures import ExportedTexture
 from facezip.export.formats import Format
 from facezip.export.joining import CHANNELS
 from facezip.export.levels import averaged_levels, fitted_levels

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from facezip.export.animation import Frame, blended, check, every_expression, read_animation
-from facezip.export.documents import ExportDocument, TilesDocument
+from facezip.export.documents.tiles import ExportDocument, TilesDocument
 from facezip.export.engine import write_text
 from facezip.export.folder import Target
 from facezip.export.formats import PNG, Format
