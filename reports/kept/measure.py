@@ -1,6 +1,7 @@
 """What is kept: the command line as its users call it, on characters of several sizes, each beside its images alone."""
 
 import io
+import json
 from collections.abc import Iterator, Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass, replace
@@ -8,13 +9,12 @@ from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import process_time
+from typing import Any
 
 from facezip.character.loading import save_character
 from facezip.cli import facezip
-from facezip.documents.document import from_json
 from facezip.files.images import read_texture, read_texture_exactly, write_texture
 from facezip.files.opening import TEXTURE_SUFFIXES
-from facezip.fit.documents import CompressDocument
 from facezip.machine.progress import track
 from reports.kept.rows import Row
 from scenes.character import make_character
@@ -76,7 +76,7 @@ def rows_of(subject: Subject, work: Path, timed: bool) -> Iterator[Row]:
     scans = subject.scans(work)
     for method in subject.methods:
         pack, begin = work / f"{method}.facezip", process_time()
-        document = from_json(answer("compress", scans, "-o", pack, *METHODS[method]), CompressDocument)
+        document = answer("compress", scans, "-o", pack, *METHODS[method])
         seconds = process_time() - begin
         row = _row(subject, method, document)
         yield replace(row, cpu=seconds / _seconds_of_images(scans, pack, work) if timed else None)
@@ -84,21 +84,22 @@ def rows_of(subject: Subject, work: Path, timed: bool) -> Iterator[Row]:
         row,
         method="textures",
         rmse=0.0,
-        bytes_on_gpu=document.bytes_raw,
-        bytes_bc7=document.bytes_raw_bc7,
-        bits=row.bits * document.bytes_raw_bc7 / document.bytes_bc7,
-        fetches=(1 + row.expressions) * len(document.maps),
+        bytes_on_gpu=document["bytes_raw"],
+        bytes_bc7=document["bytes_raw_bc7"],
+        bits=row.bits * document["bytes_raw_bc7"] / document["bytes_bc7"],
+        fetches=(1 + row.expressions) * len(document["maps"]),
         cpu=None,
         command="",
     )
 
 
-def answer(*words: object) -> str:
+def answer(*words: object) -> dict[str, Any]:
     """What ``facezip`` says to a program, in this process: kernels are loaded once for all."""
     said = io.StringIO()
     with redirect_stdout(said):
         facezip.main([*map(str, words), "--json"], standalone_mode=False)
-    return said.getvalue()
+    found: dict[str, Any] = json.loads(said.getvalue())
+    return found
 
 
 def _seconds_of_images(scans: Path, pack: Path, work: Path) -> float:
@@ -112,17 +113,17 @@ def _seconds_of_images(scans: Path, pack: Path, work: Path) -> float:
     return process_time() - begin
 
 
-def _row(subject: Subject, method: str, document: CompressDocument) -> Row:
+def _row(subject: Subject, method: str, document: dict[str, Any]) -> Row:
     return Row(
         character=subject.name,
         size=subject.size,
-        expressions=len(document.expressions),
+        expressions=len(document["expressions"]),
         method=method,
-        rmse=document.rmse,
-        bytes_on_gpu=document.bytes_on_gpu,
-        bytes_bc7=document.bytes_bc7,
-        bits=document.bits_per_texel_channel,
-        fetches=document.fetches,
+        rmse=document["rmse"],
+        bytes_on_gpu=document["bytes_on_gpu"],
+        bytes_bc7=document["bytes_bc7"],
+        bits=document["bits_per_texel_channel"],
+        fetches=document["fetches"],
         cpu=None,
         versions=", ".join(f"{name} {version(name)}" for name in LIBRARIES),
         command=" ".join(("compress scans -o me.facezip", *METHODS[method])),
