@@ -8,8 +8,8 @@ from typing import Any
 from facezip.character.gltf_nodes import Nodes
 from facezip.character.parts import is_called, listed, without_inner
 from facezip.character.scans import MAX_EXPRESSIONS
-from facezip.files.accessors import GltfObject
-from facezip.files.glb import Glb, GlbFault
+from facezip.files.accessors import GlbFault, GltfObject
+from facezip.files.glb import Glb
 
 
 @dataclass(frozen=True, eq=False)

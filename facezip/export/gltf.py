@@ -17,7 +17,7 @@ from facezip.export.formats import BASIS, PNG, Format
 from facezip.export.shaders import GLSL, HLSL, head_words, render, shader
 from facezip.export.source import Source, Tile
 from facezip.files.accessors import GltfObject
-from facezip.files.glb import VERTICES, GlbBuilder
+from facezip.files.glb_builder import VERTICES, GlbBuilder
 from facezip.files.images import Texels, png
 from facezip.machine.rows import by_rows
 

@@ -8,7 +8,8 @@ import pytest
 
 from facezip.character.gltf import split, vertex_normals
 from facezip.export import TARGETS
-from facezip.files.glb import Glb, GlbBuilder
+from facezip.files.glb import Glb
+from facezip.files.glb_builder import GlbBuilder
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import grid_topology, random_model
