@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 
 from facezip.character.loading import save_character
 from facezip.commands.doctor import command
-from facezip.documents.reading import read_document
 from facezip.errors import ExitCode
 from facezip.export import TARGETS
 from facezip.export.documents.tiles import TilesDocument
 from facezip.export.record import checksum, with_record
+from facezip.files.documents import read_document
 from facezip.files.images import read_texture, write_texture
 from facezip.fit.methods import compress
 from facezip.pack.write import write_pack

@@ -10,8 +10,8 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Literal
 
 from facezip.documents.document import Document, to_json
-from facezip.documents.reading import parsed
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.documents import parsed
 from facezip.files.reading import reading
 from facezip.files.writing import write_whole
 from render.plugin import commit as git

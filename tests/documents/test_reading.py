@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 from facezip.documents.document import plain, to_json
-from facezip.documents.reading import parsed, read_document
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.documents import parsed, read_document
 from render.plugin.results import ImagesDocument, StaleReference
 
 _text = some.text(max_size=8)

@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 import click
 from scipy import stats
 
-from facezip.documents.reading import read_document
+from facezip.files.documents import read_document
 from render.plugin.results import ImagesDocument, Result
 
 PROJECT = Path(__file__).parent / "project"

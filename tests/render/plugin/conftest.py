@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pytest
 
-from facezip.documents.reading import read_document
+from facezip.files.documents import read_document
 from render.plugin.results import ImagesDocument
 from tests.documents.checked import check
 
