@@ -1,7 +1,7 @@
 """Where a feature of the neutral lies on an expression's texture: in its place, beside it, or nowhere.
 
-A smooth displacement (:mod:`facezip.character.displacement`) passes over a lip that lies on the chin: robust weights
-take it for a wrinkle, and averages drown it. Here windows of the size of a lip are looked for around their place, by
+A smooth displacement (:mod:`facezip.character.alignment`) passes over a lip that lies on the chin: robust weights take
+it for a wrinkle, and averages drown it. Here windows of the size of a lip are looked for around their place, by
 normalised correlation. One that fits far better beside its place has slipped; where it fits nowhere and its structure
 is gone, it is lost. A wrinkle or an eye that opens adds structure, and is neither. A whole texture that fits better
 upside down or mirrored is so.

@@ -3,8 +3,7 @@
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from facezip.character.aligning import alignments
-from facezip.character.alignment import worst_of
+from facezip.character.alignment import alignments, worst_of
 from facezip.character.notes import Note, say
 from facezip.character.registration import register
 from facezip.character.scans import NEUTRAL, Character

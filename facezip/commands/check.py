@@ -8,8 +8,16 @@ from typing import Literal
 
 import click
 
-from facezip.character.aligning import alignments
-from facezip.character.alignment import THRESHOLD, Alignment, Alignments, misregistered, undecided, worst_of, worst_tile
+from facezip.character.alignment import (
+    THRESHOLD,
+    Alignment,
+    Alignments,
+    alignments,
+    misregistered,
+    undecided,
+    worst_of,
+    worst_tile,
+)
 from facezip.character.facts import CharacterFacts
 from facezip.character.loading import load_character, save_character
 from facezip.character.registration import register

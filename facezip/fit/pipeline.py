@@ -6,8 +6,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from facezip.character.aligning import alignments
-from facezip.character.alignment import misregistered, undecided
+from facezip.character.alignment import alignments, misregistered, undecided
 from facezip.character.loading import load_character
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character

@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 from time import perf_counter
 from typing import TypeVar
 
-from facezip.character.aligning import alignments
+from facezip.character.alignment import alignments
 from facezip.character.filenames import MASK
 from facezip.character.loading import load_character
 from facezip.character.maps import ALBEDO

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import map_coordinates
 
-from facezip.character.aligning import alignments
-from facezip.character.alignment import GRID, THRESHOLD, worst_of
+from facezip.character.alignment import GRID, THRESHOLD, alignments, worst_of
 from facezip.character.registration import LEAST, register
 from scenes.character import make_character
 from scenes.face.capture import MAPS
