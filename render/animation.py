@@ -12,16 +12,9 @@ from facezip.pack.errors import MapErrors, texture_errors
 from facezip.pack.model import CompressedTextures
 from facezip.rigging.originals import BLEND, Originals
 from facezip.rigging.sequences import Pose
-from render.documents import (
-    AnimationConditions,
-    AnimationDocument,
-    Frame,
-    FrameMeans,
-    ImageMetrics,
-    RenderConditions,
-    TotalSeconds,
-    Versions,
-)
+from render.documents.animation import AnimationConditions, AnimationDocument, Frame, FrameMeans, TotalSeconds
+from render.documents.conditions import RenderConditions, Versions
+from render.documents.images import ImageMetrics
 from render.llvm import start
 from render.metrics import UNITS, Picture, compare, display, head_crop
 from render.paired import Images, PairedRenderer

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from facezip.character.scans import Character
 from facezip.files.srgb import decode_srgb
 from facezip.machine.progress import track
-from render.documents import BothWays, RenderBench
+from render.documents.bench import BothWays, RenderBench
 from render.llvm import start
 from render.mesh import HeadMesh
 from render.paired import PairedRenderer

@@ -13,7 +13,7 @@ from facezip.pack.model import CompressedTextures
 from facezip.pack.parsing import read_manifest
 from facezip.pack.read import read_pack
 from facezip.pack.verification import is_pack
-from render.documents import TextureFacts
+from render.documents.judged import TextureFacts
 from render.staging import Source, staged
 from render.validation import Candidate
 

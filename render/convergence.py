@@ -10,7 +10,8 @@ from facezip.character.scans import Character
 from facezip.machine.progress import track
 from render.bench import Pose, renderer_of
 from render.decision import of_halves, stream, without_bias
-from render.documents import Deviation, ImageMetrics, MetricsBench
+from render.documents.bench import Deviation, MetricsBench
+from render.documents.images import ImageMetrics
 from render.metrics import METRICS, Picture, compare, display, head_crop
 from render.noise import Halves, debiased_rmse
 from render.paired import Images, PairedRenderer

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from render.documents import ImageMetrics, Judgement
+from render.documents.images import ImageMetrics, Judgement
 from render.limits import DECIDING, Level, Thresholds
 from render.metrics import Picture, delta_e_local, delta_e_p95, mean_flip
 

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.machine.cores import cores
-from render.documents import Versions
+from render.documents.conditions import Versions
 
 _log = logging.getLogger("facezip")
 

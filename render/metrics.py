@@ -13,7 +13,7 @@ from scipy.ndimage import uniform_filter
 
 from facezip.files.srgb import encode_srgb
 from render.colour import Colours, delta_e_2000, to_lab
-from render.documents import ImageMetrics
+from render.documents.images import ImageMetrics
 from render.flip import Seen, flip, seen
 
 MARGIN = 12

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from facezip.files.obj import Topology
-from render.documents import ErrorPlace
+from render.documents.images import ErrorPlace
 from render.metrics import window_means
 
 # Side, height and depth of each region in half breadths of the face from the tip of the nose; the first that fits.

@@ -13,7 +13,7 @@ from facezip.character.scans import NEUTRAL
 from facezip.files.obj import Topology
 from render.colour import delta_e_2000
 from render.decision import judge, stream
-from render.documents import ImageMetrics, PackRender, RmseFloor, Taken
+from render.documents.images import ImageMetrics, PackRender, RmseFloor, Taken
 from render.metrics import Picture, compare, display, head_crop
 from render.noise import Halves, debiased_rmse, noise_floor
 from render.paired import Images, PairedRenderer

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from facezip.documents.document import from_json, from_plain, to_json
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.writing import write_whole
-from render.documents import ImageMetrics, Taken
+from render.documents.images import ImageMetrics, Taken
 from render.exr import write_exr
 
 RENDERS = "renders"

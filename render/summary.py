@@ -7,17 +7,8 @@ import numpy as np
 from facezip.character.maps import ALBEDO
 from facezip.pack.errors import Errors
 from facezip.pack.facts import PackFacts
-from render.documents import (
-    Judged,
-    JudgedCharacter,
-    JudgedPack,
-    Look,
-    RegionWorst,
-    Render,
-    TextureFacts,
-    Worst,
-    WorstPlace,
-)
+from render.documents.images import Look, Render
+from render.documents.judged import Judged, JudgedCharacter, JudgedPack, RegionWorst, TextureFacts, Worst, WorstPlace
 from render.limits import LEVELS, Thresholds
 from render.metrics import METRICS
 from render.verdict import verdict, worst_render

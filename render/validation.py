@@ -15,16 +15,10 @@ from facezip.machine.cores import cores
 from facezip.machine.progress import task
 from facezip.pack.errors import Errors
 from facezip.pack.facts import PackFacts
-from render.documents import (
-    ImageMetrics,
-    Render,
-    RenderSeconds,
-    Taken,
-    TextureFacts,
-    ValidationConditions,
-    ValidationDocument,
-    Versions,
-)
+from render.documents.conditions import RenderSeconds, Versions
+from render.documents.images import ImageMetrics, Render, Taken
+from render.documents.judged import TextureFacts
+from render.documents.validation import ValidationConditions, ValidationDocument
 from render.flip import PIXELS_PER_DEGREE
 from render.limits import DECIDING
 from render.llvm import start

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from render.documents import PackRender, Render
+from render.documents.images import PackRender, Render
 from render.limits import LEVELS, Level, Thresholds
 
 

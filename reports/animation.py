@@ -5,14 +5,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from facezip.character.maps import ALBEDO
-from facezip.documents.document import Data, plain, to_json
+from facezip.documents.document import plain, to_json
 from facezip.files.writing import write_whole
-from render.documents import AnimationDocument
+from render.documents.animation import AnimationDocument, Frame, FrameMeans
 from render.paired import Images
 from reports.conditions import condition_rows
 from reports.findings import Finding
 from reports.frames import Reel, moving, sheet
-from reports.maps import headline, headlines, unit
+from reports.maps import headlines, unit_of
 from reports.metrics import METRICS, number
 from reports.page import write_page
 from reports.plots import Axis, Label, Plot, dot, line
@@ -23,6 +23,8 @@ PAGE, DATA, LOOP = "index.html", "animation.json", "animation.webp"
 SHOWN = ("texture_rmse", "image_rmse", "flip", "delta_e_p95", "ssim")
 # Columns of the contact sheet.
 COLUMNS = 8
+
+Numbers = Frame | FrameMeans
 
 
 def is_animation(folder: Path) -> bool:
@@ -51,98 +53,100 @@ def write_animation_report(document: AnimationDocument, images: Sequence[Images]
     return write_page(
         folder / PAGE,
         "animation.html",
-        document={**data, "findings": plain(_findings(data))},
+        document={**data, "findings": plain(_findings(document))},
         data_name=DATA,
         loop_name=LOOP,
         loop="data:image/webp;base64," + base64.b64encode(loop).decode("ascii"),
-        still=reel.uri(data["worst"]),
+        still=reel.uri(document.worst),
         size=reel.size,
-        worst=data["frames"][data["worst"]],
+        worst=document.frames[document.worst],
         scale=reel.scale,
-        kicker=f"Animated blend, original against {data['pack']}",
-        title=f"{data['character']['name']} in motion – FaceZip",
-        sections=[_errors(data), _contact_sheet(data, reel)],
+        kicker=f"Animated blend, original against {document.pack}",
+        title=f"{document.character.name} in motion – FaceZip",
+        sections=[_errors(document), _contact_sheet(document, reel)],
         conditions=condition_rows(data),
         stances={},
     )
 
 
-def _findings(data: Data) -> list[Finding]:
-    worst, means, last = data["frames"][data["worst"]], data["means"], len(data["frames"]) - 1
+def _findings(document: AnimationDocument) -> list[Finding]:
+    worst, means, last = document.frames[document.worst], document.means, len(document.frames) - 1
     return [
         Finding(
-            title=f"Worst frame: {worst['frame']} of 0..{last}, {worst['pose']}",
+            title=f"Worst frame: {worst.frame} of 0..{last}, {worst.pose}",
             here=f"{_numbers(worst)}. β: {_blend(worst)}.",
         ),
         Finding(title=f"All {last + 1} frames in the mean", here=f"{_numbers(means)}."),
         Finding(
             title="The original",
-            here=f"{data['original'][:1].upper()}{data['original'][1:]}. Both sides have the same geometry.",
+            here=f"{document.original[:1].upper()}{document.original[1:]}. Both sides have the same geometry.",
         ),
     ]
 
 
-def _numbers(values: Data) -> str:
+def _numbers(values: Numbers) -> str:
     shown = [metric for metric in METRICS if metric.key in SHOWN]
-    images = ", ".join(f"{metric.label} {metric.text(values[metric.key])}" for metric in shown)
-    return "; ".join(filter(None, [images, headlines(values["map_errors"])]))
+    images = ", ".join(f"{metric.label} {metric.text(getattr(values, metric.key))}" for metric in shown)
+    return "; ".join(filter(None, [images, headlines(values.map_errors)]))
 
 
-def _blend(frame: Data) -> str:
-    return ", ".join(f"{name} {number(value, 2)}" for name, value in frame["weights"].items()) or "neutral"
+def _blend(frame: Frame) -> str:
+    return ", ".join(f"{name} {number(value, 2)}" for name, value in frame.weights.items()) or "neutral"
 
 
-def _errors(data: Data) -> Section:
+def _errors(document: AnimationDocument) -> Section:
     intro = "RMSE of a frame’s head pixels, 0 to 255."
-    plots = ((_plot(data, 1200.0), _plot(data, 380.0)),)
-    return Section("frames", "Frames", "Error over the frames", intro, plots=plots, tables=(_table(data),), folded=True)
+    plots = ((_plot(document, 1200.0), _plot(document, 380.0)),)
+    return Section(
+        "frames", "Frames", "Error over the frames", intro, plots=plots, tables=(_table(document),), folded=True
+    )
 
 
-def _plot(data: Data, width: float) -> Plot:
-    frames = data["frames"]
+def _plot(document: AnimationDocument, width: float) -> Plot:
+    frames = document.frames
     left, right, top, bottom = 52.0, width - 12, 36.0, 300.0
     wide = width > 600
     step = max(4 * round(len(frames) / (24 if wide else 8) / 4), 1)
     last = max(len(frames) - 1, 1)
     across = Axis(0, last, left + 6, right, tuple(range(0, last + 1, step)))
-    up = Axis.around([frame["image_rmse"] for frame in frames], bottom, top, zero=True)
-    spots = [(across.at(frame["frame"]), up.at(frame["image_rmse"])) for frame in frames]
+    up = Axis.around([frame.image_rmse for frame in frames], bottom, top, zero=True)
+    spots = [(across.at(frame.frame), up.at(frame.image_rmse)) for frame in frames]
     marks = [line(spots, "pack-0", width=2)]
     marks += [
-        dot(at, "disc", "pack-0", f"frame {frame['frame']}, {frame['pose']}: {number(frame['image_rmse'], 2)}", 3)
+        dot(at, "disc", "pack-0", f"frame {frame.frame}, {frame.pose}: {number(frame.image_rmse, 2)}", 3)
         for at, frame in zip(spots, frames, strict=True)
     ]
-    worst = frames[data["worst"]]
-    x, y = spots[data["worst"]]
-    marks.append(dot((x, y), "diamond", "bad", f"worst: {worst['pose']}", 6))
+    worst = frames[document.worst]
+    x, y = spots[document.worst]
+    marks.append(dot((x, y), "diamond", "bad", f"worst: {worst.pose}", 6))
     anchor = "end" if x > (left + right) / 2 else "start"
-    words = f"worst: frame {worst['frame']}, {worst['pose']}, {number(worst['image_rmse'], 2)}"
+    words = f"worst: frame {worst.frame}, {worst.pose}, {number(worst.image_rmse, 2)}"
     labels = [Label(x, round(y - 12, 1), words, anchor)]
     frame = (width, bottom + 48, left, right, top, bottom)
     return Plot("", *frame, across.marks(), up.marks(), "Frame", "Image RMSE, of 255", tuple(marks), tuple(labels))
 
 
-def _table(data: Data) -> Table:
+def _table(document: AnimationDocument) -> Table:
     shown = [metric for metric in METRICS if metric.key in SHOWN]
-    maps = {name: found for name, found in data["means"]["map_errors"].items() if name != ALBEDO}
+    maps = {name: found for name, found in document.means.map_errors.items() if name != ALBEDO}
 
-    def cells(values: Data) -> tuple[Cell, ...]:
-        errors = (number(headline(values["map_errors"][name]), 2) for name in maps)
-        return tuple(map(Cell, [*(metric.text(values[metric.key]) for metric in shown), *errors]))
+    def cells(values: Numbers) -> tuple[Cell, ...]:
+        errors = (number(values.map_errors[name].mean, 2) for name in maps)
+        return tuple(map(Cell, [*(metric.text(getattr(values, metric.key)) for metric in shown), *errors]))
 
-    rows = [Row(f"{frame['frame']}", cells(frame), frame["pose"]) for frame in data["frames"]]
-    rows.append(Row("mean", cells(data["means"]), strong=True))
-    others = (f"{name.capitalize()}, {unit(found)}" for name, found in maps.items())
+    rows = [Row(f"{frame.frame}", cells(frame), frame.pose) for frame in document.frames]
+    rows.append(Row("mean", cells(document.means), strong=True))
+    others = (f"{name.capitalize()}, {unit_of(found)}" for name, found in maps.items())
     return Table("Every frame.", "Frame", (*(metric.label for metric in shown), *others), tuple(rows))
 
 
-def _contact_sheet(data: Data, reel: Reel) -> Section:
-    count = len(data["frames"])
+def _contact_sheet(document: AnimationDocument, reel: Reel) -> Section:
+    count = len(document.frames)
     # The lowest and the highest of every stretch would tell less: even steps, and the worst in the place of its next.
     chosen = [round(i * count / COLUMNS) for i in range(min(COLUMNS, count))]
-    nearest = min(range(len(chosen)), key=lambda i: abs(chosen[i] - data["worst"]))
-    chosen[nearest] = data["worst"]
-    names = [f"{n} {data['frames'][n]['pose']}" + (" (worst)" if n == data["worst"] else "") for n in chosen]
+    nearest = min(range(len(chosen)), key=lambda i: abs(chosen[i] - document.worst))
+    chosen[nearest] = document.worst
+    names = [f"{n} {document.frames[n].pose}" + (" (worst)" if n == document.worst else "") for n in chosen]
     strip = Strip("; ".join(names), sheet(reel, chosen), "frames from left to right")
     intro = (
         "Original above, compressed in the middle, their difference below: the largest of the three channels, black "

@@ -1,32 +1,27 @@
 """The results of an image test as Markdown, short enough for the comment on a change."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from facezip.files.writing import write_whole
 from facezip.names import printable
+from render.plugin.results import ImagesDocument, Outcome, Result, Written
 from reports.regression import CHANGES, OUTCOMES, counted, headline
 
 # Hosts of code refuse comments beyond some 65,000 characters.
 MOST_ROWS = 50
 
 
-def write_comment(document: Mapping[str, Any], path: Path) -> Path:
+def write_comment(document: ImagesDocument, path: Path) -> Path:
     """Write :func:`comment` into a file, whole or not at all; raises ``FaceZipError`` (``CANNOT_WRITE``)."""
     path.parent.mkdir(parents=True, exist_ok=True)
     write_whole(path, comment(document).encode(errors="backslashreplace"))
     return path
 
 
-def comment(document: Mapping[str, Any]) -> str:
-    """What failed, what is close to it, what was changed before and after, and which references have no test.
-
-    Parameters
-    ----------
-    document : as of :func:`reports.regression.write_regression_report`.
-    """
-    results = document["results"]
+def comment(document: ImagesDocument) -> str:
+    """What failed, what is close to it, what was changed before and after, and which references have no test."""
+    results = document.results
     counts = counted(results)
     parts = [
         f"### FaceZip image tests: {headline(document, counts)}",
@@ -36,39 +31,41 @@ def comment(document: Mapping[str, Any]) -> str:
         _section(
             "References written",
             ("image", "change", "before", "after"),
-            [_change(one) for one in _of(results, "generated") if one["change"] != "same"],
+            [_change(one, one.written) for one in results if one.written and one.written.change != "same"],
         ),
         _section(
             "References without a test",
             ("reference", "made by"),
-            [(_code(one["reference"]), _code(one["test"] or "several tests")) for one in document["stale"]],
+            [(_code(one.reference), _code(one.test or "several tests")) for one in document.stale],
         ),
     ]
-    if document["idle"]:
-        parts.append(f"{document['idle']} tests ask for images and none compared any.")
+    if document.idle:
+        parts.append(f"{document.idle} tests ask for images and none compared any.")
     return "\n\n".join(filter(None, parts)) + "\n"
 
 
-def _of(results: Sequence[Mapping[str, Any]], outcome: str) -> list[Mapping[str, Any]]:
-    return [result for result in results if result["outcome"] == outcome]
+def _of(results: Sequence[Result], outcome: Outcome) -> list[Result]:
+    return [result for result in results if result.outcome == outcome]
 
 
-def _row(result: Mapping[str, Any]) -> tuple[str, ...]:
-    name = _code(result["name"])
-    if "probability" not in result:
-        first = result["message"].splitlines()[0]
-        return name, "–", "–", _code(first.removeprefix(f"{result['name']}: "))
-    where = f"row {result['row']}, column {result['column']}, {result['side']} px"
-    values = f"{result['image']:.4g} instead of {result['reference_image']:.4g}"
-    words = "agrees, though it must differ" if result.get("must_differ") else f"{where}: {values}"
-    return name, f"{result['probability']:.1e}", f"{result['level']:g}", words
+def _row(result: Result) -> tuple[str, ...]:
+    name = _code(result.name)
+    if result.comparison is None:
+        first = (result.message or "").partition("\n")[0]
+        return name, "–", "–", _code(first.removeprefix(f"{result.name}: "))
+    place = result.comparison.place
+    where = f"row {place.row}, column {place.column}, {place.side} px"
+    values = f"{place.image:.4g} instead of {place.reference:.4g}"
+    words = "agrees, though it must differ" if result.must_differ else f"{where}: {values}"
+    return name, f"{result.comparison.probability:.1e}", f"{result.level:g}", words
 
 
-def _change(result: Mapping[str, Any]) -> tuple[str, ...]:
-    before, after = (_code(result[key][:12]) if key in result else "–" for key in ("before", "after"))
-    if "probability" in result:
-        before, after = f"{before} {result['reference_image']:.4g}", f"{after} {result['image']:.4g}"
-    return _code(result["name"]), CHANGES[result["change"]], before, after
+def _change(result: Result, written: Written) -> tuple[str, ...]:
+    before, after = _code(written.before[:12]) if written.before else "–", _code(written.after[:12])
+    if result.comparison:
+        place = result.comparison.place
+        before, after = f"{before} {place.reference:.4g}", f"{after} {place.image:.4g}"
+    return _code(result.name), CHANGES[written.change], before, after
 
 
 def _section(title: str, columns: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:

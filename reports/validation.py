@@ -4,7 +4,7 @@ from pathlib import Path
 
 from facezip.documents.document import Data, plain, to_json
 from facezip.files.writing import write_whole
-from render.documents import ValidationDocument
+from render.documents.validation import ValidationDocument
 from reports.cards import Card, make_cards
 from reports.conditions import condition_rows, glossary
 from reports.images import ColourScale

@@ -7,12 +7,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from facezip.character.filenames import is_litter
 from facezip.character.gltf_files import files_beside
 from facezip.character.sources import is_gltf_name
-from facezip.documents.document import Data, from_json, from_plain, plain, to_json
+from facezip.documents.document import Data, Document, from_json, from_plain, plain, to_json
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.reading import reading
 from facezip.files.writing import write_whole
@@ -22,18 +22,19 @@ from facezip.pack.verification import is_pack, stored, verify_pack
 
 
 @dataclass(frozen=True, kw_only=True)
-class Record:
-    """What a batch says of a pack, in ``NAME.facezip.json`` beside it.
+class RecordDocument(Document):
+    """What a batch says of a pack, in NAME.facezip.json beside it; the first ones say no format.
 
     Attributes
     ----------
     character : which the pack is of.
-    digest : of what it was made of.
+    digest : SHA-256 over what it was made of: files, settings, and the version of the program.
     manifest : the checksum of the pack's manifest.
-    document : what was said when it was finished, by whichever version of the program.
+    document : what compress said when it was finished, in whichever version of the program.
     begun : whether a run has begun to write it since.
     """
 
+    format: Literal["facezip-record/1"] = "facezip-record/1"
     character: str
     digest: str | None = None
     manifest: str | None = None
@@ -85,7 +86,7 @@ def keep(pack: Path, character: Path, digest: str, document: CompressDocument) -
         ``CANNOT_WRITE``.
     """
     owner, manifest = str(character.resolve()), _manifest_of(pack)
-    _write(pack, Record(character=owner, digest=digest, manifest=manifest, document=plain(document)))
+    _write(pack, RecordDocument(character=owner, digest=digest, manifest=manifest, document=plain(document)))
 
 
 @contextmanager
@@ -105,7 +106,7 @@ def claimed(pack: Path, character: Path, digest: str, overwrite: bool) -> Iterat
         if record.character != owner and record.digest != digest:
             raise _taken(pack, f"is of {record.character}")
     before = _manifest_of(pack)
-    _write(pack, replace(record or Record(character=owner), character=owner, begun=True))
+    _write(pack, replace(record or RecordDocument(character=owner), character=owner, begun=True))
     try:
         yield
     except FaceZipError:
@@ -126,7 +127,7 @@ def earlier(folder: Path, names: Container[str]) -> dict[str, tuple[str, Compres
     return found
 
 
-def _said(record: Record) -> CompressDocument | None:
+def _said(record: RecordDocument) -> CompressDocument | None:
     """The document of a record; None where another version of the program has other ones."""
     try:
         return from_plain(record.document, CompressDocument)
@@ -139,7 +140,7 @@ def _taken(pack: Path, reason: str) -> FaceZipError:
     return FaceZipError(ErrorCode.CANNOT_WRITE, f"{pack}: {reason}, and is left as it is; {remedy}")
 
 
-def _as_recorded(pack: Path, record: Record) -> bool:
+def _as_recorded(pack: Path, record: RecordDocument) -> bool:
     """Whether a pack was finished, and is the one that the record speaks of."""
     return record.document is not None and record.manifest is not None and record.manifest == _manifest_of(pack)
 
@@ -160,15 +161,15 @@ def _intact(pack: Path) -> bool:
     return True
 
 
-def _read(pack: Path) -> Record | None:
+def _read(pack: Path) -> RecordDocument | None:
     """The record of a pack; None where there is none that can be understood: the pack is what counts."""
     try:
-        return from_json(_record(pack).read_bytes(), Record)
+        return from_json(_record(pack).read_bytes(), RecordDocument)
     except (OSError, ValueError, RecursionError):
         return None
 
 
-def _write(pack: Path, record: Record | None) -> None:
+def _write(pack: Path, record: RecordDocument | None) -> None:
     """Replace the record of a pack; None leaves nothing."""
     if record:
         write_whole(_record(pack), to_json(record).encode())

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from facezip.character.meshes import Meshes
 from facezip.files.accessors import GltfObject
-from facezip.files.glb import INDICES, VERTICES, GlbBuilder
+from facezip.files.glb_builder import INDICES, VERTICES, GlbBuilder
 from facezip.files.obj import Topology
 from facezip.version import __version__
 

@@ -8,7 +8,8 @@ from facezip.character.gltf_parts import parts_of
 from facezip.character.scans import NEUTRAL
 from facezip.character.settings import SETTINGS
 from facezip.errors import FaceZipError
-from facezip.files.glb import Glb, GlbFault
+from facezip.files.accessors import GlbFault
+from facezip.files.glb import Glb
 from facezip.names import is_safe_name
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from facezip.errors import FaceZipError
-from facezip.files.accessors import GltfObject
-from facezip.files.glb import Glb, GlbFault
+from facezip.files.accessors import GlbFault, GltfObject
+from facezip.files.glb import Glb
 from facezip.files.links import REMEDY
 from facezip.files.opening import TEXTURE_SUFFIXES
 

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from facezip.files.accessors import GltfObject
-from facezip.files.glb import Glb, GlbFault
+from facezip.files.accessors import GlbFault, GltfObject
+from facezip.files.glb import Glb
 
 PLACED = "KHR_texture_transform"
 GLOSSINESS = "KHR_materials_pbrSpecularGlossiness"

@@ -10,8 +10,8 @@ from facezip.character.gltf_material import MIRRORED, REPEAT, Placement
 from facezip.character.gltf_nodes import Nodes, described, is_mirror, leaves_alone, placed
 from facezip.character.gltf_parts import Part
 from facezip.character.meshes import Meshes
-from facezip.files.accessors import GltfObject
-from facezip.files.glb import Glb, GlbFault
+from facezip.files.accessors import GlbFault, GltfObject
+from facezip.files.glb import Glb
 from facezip.files.obj import Topology
 from facezip.files.objlists import MAX_COORDINATE
 from facezip.files.reading import MOST_EXPANSION, SPARE

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.files.accessors import GltfObject
-from facezip.files.glb import Glb, GlbFault
+from facezip.files.accessors import GlbFault, GltfObject
+from facezip.files.glb import Glb
 
 NEAR = 1e-6
 # In which a face can still be measured.

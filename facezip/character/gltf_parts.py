@@ -8,7 +8,8 @@ from typing import Any
 from facezip.character.gltf_nodes import Nodes
 from facezip.character.parts import is_called, listed, without_inner
 from facezip.character.scans import MAX_EXPRESSIONS
-from facezip.files.glb import Glb, GlbFault
+from facezip.files.accessors import GlbFault, GltfObject
+from facezip.files.glb import Glb
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +25,7 @@ class Part:
     """
 
     mesh: int
-    primitives: tuple[dict[str, Any], ...]
+    primitives: tuple[GltfObject, ...]
     names: tuple[str, ...]
     labels: tuple[str, ...]
 
@@ -44,7 +45,7 @@ def parts_of(glb: Glb) -> list[Part]:
     nodes, parts = Nodes(glb), []
     for index in range(len(glb.document.get("meshes", []))):
         mesh = glb.item("meshes", index)
-        groups: dict[Any, list[tuple[int, dict[str, Any]]]] = {}
+        groups: dict[Any, list[tuple[int, GltfObject]]] = {}
         for number, primitive in enumerate(mesh["primitives"]):
             key = primitive.get("material"), len(primitive.get("targets", []))
             groups.setdefault(key, []).append((number, primitive))
@@ -95,7 +96,7 @@ def _check_targets(part: Part) -> None:
         raise GlbFault(f"{len(part.names)} morph targets; at most {MAX_EXPRESSIONS} besides the neutral")
 
 
-def _target_names(glb: Glb, mesh: dict[str, Any], primitive: dict[str, Any]) -> tuple[str, ...]:
+def _target_names(glb: Glb, mesh: GltfObject, primitive: GltfObject) -> tuple[str, ...]:
     """Names where exporters write them: with the mesh (most), the primitive, each target (UniVRM), or its accessor."""
     targets = primitive.get("targets", [])
     ways: list[Any] = [_extras(mesh).get("targetNames"), _extras(primitive).get("targetNames")]
@@ -108,14 +109,14 @@ def _target_names(glb: Glb, mesh: dict[str, Any], primitive: dict[str, Any]) -> 
     return ()
 
 
-def _extras(entry: dict[str, Any], key: str = "extras") -> dict[str, Any]:
+def _extras(entry: GltfObject, key: str = "extras") -> GltfObject:
     extras = entry.get(key)
     return extras if isinstance(extras, dict) else {}
 
 
-def _accessor_name(glb: Glb, target: dict[str, Any]) -> Any:
+def _accessor_name(glb: Glb, target: GltfObject) -> Any:
     return glb.item("accessors", target["POSITION"]).get("name") if "POSITION" in target else None
 
 
-def _material_name(glb: Glb, primitive: dict[str, Any]) -> str:
+def _material_name(glb: Glb, primitive: GltfObject) -> str:
     return str(glb.item("materials", primitive["material"]).get("name", "")) if "material" in primitive else ""

@@ -20,7 +20,8 @@ from facezip.character.notes import Note
 from facezip.character.parts import listed
 from facezip.character.scans import NEUTRAL, Character, at_least, check_names
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.glb import COMPRESSED_VIEWS, Glb, GlbFault
+from facezip.files.accessors import GlbFault
+from facezip.files.glb import COMPRESSED_VIEWS, Glb
 from facezip.machine import memory
 from facezip.names import folded
 

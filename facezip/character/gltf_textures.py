@@ -13,8 +13,8 @@ from facezip.character.gltf_material import Material, Use, image_of
 from facezip.character.gltf_parts import Part
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import NEUTRAL
-from facezip.files.accessors import GltfObject
-from facezip.files.glb import Glb, GlbFault
+from facezip.files.accessors import GlbFault, GltfObject
+from facezip.files.glb import Glb
 from facezip.names import folded, is_safe_name
 
 VARIANTS = "KHR_materials_variants"

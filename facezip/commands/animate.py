@@ -8,14 +8,13 @@ import click
 
 from facezip.character.loading import load_character
 from facezip.commands import options
-from facezip.documents.document import plain
 from facezip.files.writing import whole_folder
 from facezip.pack.read import read_pack
 from facezip.rigging.originals import originals_of
 from facezip.rigging.sequences import frames_of, poses_for
 
 if TYPE_CHECKING:
-    from render.documents import AnimationDocument
+    from render.documents.animation import AnimationDocument
 
 
 @click.command("animate")
@@ -66,7 +65,7 @@ def _lines(answer: "AnimationDocument") -> list[str]:
     from reports.maps import headlines
 
     worst, means = answer.frames[answer.worst], answer.means
-    others = headlines(plain(means.map_errors))
+    others = headlines(means.map_errors)
     return [
         f"{answer.output}: {len(answer.frames)} frames, image RMSE {means.image_rmse:.2f} of 255 in the mean, "
         f"dE2000 p95 {means.delta_e_p95:.2f}, FLIP {means.flip:.4f}",

@@ -18,7 +18,8 @@ from facezip.fit.documents import MeasuredPack
 from facezip.fit.methods import compress
 from facezip.fit.pipeline import Request, write_measured
 from facezip.pack.errors import albedo_errors, mean_rmse
-from render.documents import Baseline, Judged
+from render.documents.judged import Judged
+from render.documents.validation import Baseline
 
 REPORT = "report"
 PACK = "character.facezip"

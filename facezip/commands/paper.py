@@ -15,7 +15,8 @@ from facezip.commands import options
 from facezip.files.writing import whole_folder
 
 if TYPE_CHECKING:
-    from reports.paper.documents import PaperDocument, ShapesFigure
+    from reports.paper.documents.figures import ShapesFigure
+    from reports.paper.documents.paper import PaperDocument
     from reports.paper.experiments import Settings
 
 REPORT_FILE = "paper.json"

@@ -21,7 +21,7 @@ from facezip.files.writing import resumable_folder
 from facezip.machine.memory import beside, limited
 
 if TYPE_CHECKING:
-    from render.documents import ValidationDocument
+    from render.documents.validation import ValidationDocument
     from render.settings import Settings
     from render.validation import Candidate, Filled, Filler
 

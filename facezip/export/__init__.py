@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from facezip.documents.document import Data, Document
+from facezip.documents.document import Document
 from facezip.export.blender import export_blender
 from facezip.export.gltf import export_gltf
 from facezip.export.godot import export_godot
@@ -15,7 +15,7 @@ from facezip.export.usd import export_usd
 from facezip.export.web import export_web
 
 # Each is called with the pack and the output, and with those options as keywords that were given.
-TARGETS: dict[str, Callable[..., Document | Data]] = {
+TARGETS: dict[str, Callable[..., Document]] = {
     "gltf": export_gltf,
     "unity": export_unity,
     "unreal": export_unreal,

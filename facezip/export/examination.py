@@ -2,12 +2,14 @@
 
 import json
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 from facezip.character.diagnosis import Diagnosis, Refusal, Row
 from facezip.character.notes import Note
+from facezip.documents.document import from_plain
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.export.documents.tiles import ExportedFile
 from facezip.export.record import FILE_NAME, SETTINGS, checksum, numbers_of, settings_in
 from facezip.files.reading import reading
 from facezip.pack.verification import stored
@@ -21,6 +23,26 @@ META = ".meta"
 TRUE = ("1", "2", "true")
 
 
+Record = Mapping[str, ExportedFile]
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """As much of an export's document as is looked at.
+
+    Attributes
+    ----------
+    target, name : what takes it, and what the pack is called.
+    files : what each has to be; none where there is no record that can be understood.
+    changed : whether it was changed after the export.
+    """
+
+    target: str = "?"
+    name: str = "?"
+    files: Record = field(default_factory=dict)
+    changed: bool = False
+
+
 def examine_export(folder: Path) -> Diagnosis:
     """What differs from ``facezip.json`` in the folder of an export.
 
@@ -28,9 +50,9 @@ def examine_export(folder: Path) -> Diagnosis:
     needs a decision; a file that is missing is refused.
     """
     with reading(folder):
-        document = _document(folder)
-        record = document.get("files", {})
-        if not _is_record(record):
+        document = _document(folder / FILE_NAME)
+        record = document.files
+        if not record:
             words = f"has no record of its files, as those of earlier versions have none, or is damaged; {AGAIN}"
             return Diagnosis("export", str(folder), "cannot be told", notes=(Note(FILE_NAME, words, asks=True),))
         rows, refusals, notes = list[Row](), list[Refusal](), [*_changed_document(document)]
@@ -41,53 +63,49 @@ def examine_export(folder: Path) -> Diagnosis:
                 notes += _notes(folder, name, entry)
             else:
                 refusals.append(Refusal.of(fault))
-    target, name = (str(document.get(key, "?")) for key in ("target", "name"))
-    summary = f"'{name}' for {target}, {len(record)} files"
+    summary = f"'{document.name}' for {document.target}, {len(record)} files"
     return Diagnosis("export", str(folder), summary, tuple(rows), tuple(refusals), tuple(notes))
 
 
-def _document(folder: Path) -> dict[str, Any]:
-    """The content of ``facezip.json``; nothing where it is none."""
-    file = folder / FILE_NAME
+def _document(file: Path) -> Recorded:
+    """What ``facezip.json`` says; nothing where it says nothing that can be understood."""
     try:
-        document = json.loads(file.read_bytes()) if file.stat().st_size <= MAX_BYTES else None
+        content = json.loads(file.read_bytes()) if file.stat().st_size <= MAX_BYTES else {}
+        document = from_plain(content, Recorded)
     except (ValueError, RecursionError):
-        document = None
-    return document if isinstance(document, dict) else {}
+        return Recorded()
+    if not all(map(_is_sound, document.files.items())):
+        return Recorded()
+    return replace(document, changed=content.get("sha256") != checksum(content))
 
 
-def _is_record(record: Any) -> bool:
-    """Whether it says something of files, all of them within the folder."""
-    if not isinstance(record, dict) or not record:
-        return False
-    inside = all(not Path(name).is_absolute() and ".." not in Path(name).parts for name in record)
-    return inside and all(
-        isinstance(entry, dict)
-        and (isinstance(entry.get("settings"), dict) or {"bytes", "sha256"} <= {*entry})
-        and ("srgb" not in entry or type(entry.get("mipmaps")) is bool)
-        and all(type(side) is int for side in entry.get("size", [0]))
-        for entry in record.values()
-    )
+def _is_sound(named: tuple[str, ExportedFile]) -> bool:
+    """Whether it says something of a file within the folder."""
+    path, file = Path(named[0]), named[1]
+    known = file.settings is not None or None not in (file.bytes, file.sha256)
+    inside = not path.is_absolute() and ".." not in path.parts
+    return known and inside and (file.srgb is None or file.mipmaps is not None)
 
 
-def _changed_document(document: Mapping[str, Any]) -> Iterator[Note]:
-    if document.get("sha256") != checksum(document):
+def _changed_document(document: Recorded) -> Iterator[Note]:
+    if document.changed:
         yield Note(FILE_NAME, f"was changed after the export: its numbers turn texels into values; {AGAIN}", asks=True)
 
 
-def _row(name: str, entry: Mapping[str, Any]) -> Row:
-    encoding = {False: "as stored, no sRGB", True: "sRGB"}.get(entry.get("srgb", ""), "")
-    size = f"{entry['bytes']} bytes" if "bytes" in entry else ""
-    what = "settings" if "settings" in entry else "texture" if "srgb" in entry else "file"
+def _row(name: str, entry: ExportedFile) -> Row:
+    encoding = "" if entry.srgb is None else "sRGB" if entry.srgb else "as stored, no sRGB"
+    size = "" if entry.bytes is None else f"{entry.bytes} bytes"
+    what = "file" if entry.srgb is None else "texture"
+    what = what if entry.settings is None else "settings"
     return Row(name, what, "", None, encoding=encoding, size=size)
 
 
-def _missing(folder: Path, record: Mapping[str, Any], name: str) -> FaceZipError:
+def _missing(folder: Path, record: Record, name: str) -> FaceZipError:
     """The error for a file that is not there, with the name that it has now where that is certain."""
-    bytes_of = record[name].get("bytes")
-    others = (path for path in sorted(folder.rglob("*")) if path.is_file() and bytes_of == path.stat().st_size)
+    wanted = record[name]
+    others = (path for path in sorted(folder.rglob("*")) if path.is_file() and wanted.bytes == path.stat().st_size)
     strange = (path for path in others if path.relative_to(folder).as_posix() not in record)
-    now = next((path for path in strange if stored(path).sha256 == record[name]["sha256"]), None)
+    now = next((path for path in strange if stored(path).sha256 == wanted.sha256), None)
     if now is not None:
         renamed = now.relative_to(folder).as_posix()
         return FaceZipError(
@@ -97,14 +115,15 @@ def _missing(folder: Path, record: Mapping[str, Any], name: str) -> FaceZipError
     return FaceZipError(ErrorCode.MISSING_FILE, f"{folder / name}: is missing; {AGAIN}")
 
 
-def _notes(folder: Path, name: str, entry: Mapping[str, Any]) -> Iterator[Note]:
+def _notes(folder: Path, name: str, entry: ExportedFile) -> Iterator[Note]:
     path = folder / name
-    if "settings" in entry:
-        yield from _of_settings(path, name, entry["settings"])
+    if entry.settings is not None:
+        yield from _of_settings(path, name, entry.settings)
         return
-    if vars(stored(path)) != {key: entry.get(key) for key in ("bytes", "sha256")}:
+    found = stored(path)
+    if (found.bytes, found.sha256) != (entry.bytes, entry.sha256):
         yield _changed(path, name, entry)
-    if entry.get("srgb") is False:
+    if entry.srgb is False:
         meta = path.with_name(path.name + META)
         if meta.is_file():
             yield from _of_unity(meta, f"{name}{META}", entry)
@@ -113,13 +132,13 @@ def _notes(folder: Path, name: str, entry: Mapping[str, Any]) -> Iterator[Note]:
             yield from _of_srgb(settings_in(_text(godot)), f"{name}{SETTINGS}")
 
 
-def _changed(path: Path, name: str, entry: Mapping[str, Any]) -> Note:
-    if "numbers" not in entry:
-        kind = "texture" if "srgb" in entry else "file"
+def _changed(path: Path, name: str, entry: ExportedFile) -> Note:
+    if entry.numbers is None:
+        kind = "file" if entry.srgb is None else "texture"
         asks = path.suffix != GUIDE
         return Note(name, f"is another {kind} than was exported; {AGAIN}, unless it was changed on purpose", asks)
     try:
-        same = numbers_of(path) == entry["numbers"]
+        same = numbers_of(path) == entry.numbers
     except FaceZipError as error:
         return Note(name, f"cannot be read any more ({error}); {AGAIN}", asks=True)
     if same:
@@ -143,19 +162,19 @@ def _of_srgb(found: Mapping[str, str], name: str) -> Iterator[Note]:
             yield Note(name, f"{words}; switch it off and import the texture again", asks=True)
 
 
-def _of_unity(meta: Path, name: str, entry: Mapping[str, Any]) -> Iterator[Note]:
+def _of_unity(meta: Path, name: str, entry: ExportedFile) -> Iterator[Note]:
     """Unity's settings, of what ``Editor/FaceZipImport.cs`` sets."""
     found = settings_in(_text(meta))
     yield from _of_srgb(found, name)
     wanted = {
         "alphaIsTransparency": ("0", "colours where alpha is 0 become others"),
         "nPOTScale": ("0", "the texture is resized"),
-        "enableMipMap": (str(int(entry["mipmaps"])), "mip-maps are not as the fit expects"),
+        "enableMipMap": (str(int(bool(entry.mipmaps))), "mip-maps are not as the fit expects"),
     }
-    if not entry["mipmaps"]:
+    if not entry.mipmaps:
         wanted["textureCompression"] = "0", "weights are for the pre-pass to the last bit"
     most = found.get("maxTextureSize", "")
-    if most.isdecimal() and "size" in entry and int(most) < max(entry["size"]):
+    if most.isdecimal() and entry.size and int(most) < max(entry.size):
         wanted["maxTextureSize"] = "16384", "the texture is made smaller"
     for key, (value, why) in wanted.items():
         if found.get(key, value) != value:

@@ -1,20 +1,21 @@
 """A folder that holds an export: written whole or not at all, with one document that names everything in it."""
 
-import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
+from facezip.documents.document import Document, from_json, to_json
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.export.documents.textures import ExpressionPlace, Gains
+from facezip.export.documents.tiles import ExportDocument, TileExport, TilesDocument
 from facezip.export.formats import Format
-from facezip.export.record import FILE_NAME, with_record
+from facezip.export.record import FILE_NAME, E, with_record
 from facezip.export.source import APART, TOGETHER, Source, Tile, read_source
-from facezip.export.textures import write_maps
+from facezip.export.textures import WrittenMaps, write_maps
 from facezip.files.writing import whole_folder
 from facezip.pack.footprint import SLOTS_PER_LAYER
 
-FORMAT = "facezip-export/1"
+FORMAT = TileExport.format
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ class Target:
         maps: str | None = None,
         region: Mapping[str, Path] | None = None,
         overwrite: bool = False,
-    ) -> dict[str, Any]:
+    ) -> ExportDocument | TilesDocument:
         """Export a pack into the folder ``output``; of several tiles, each into a folder of its number in there.
 
         ``textures`` is one of ``formats``; ``maps``, one of those of the target, and ``region`` are as of
@@ -71,25 +72,19 @@ class Target:
         with whole_folder(output, overwrite, is_export) as folder:
             tiles = {str(tile.layout.number): self._tile(source, tile, folder, form) for tile in source.tiles}
             self.write_head(source, folder, form)
-            return put_document(self._whole(source, tiles, folder), folder, output)
+            if len(tiles) == 1:
+                return put_document(ExportDocument(**vars(next(iter(tiles.values())))), folder, output)
+            # Of several each stands beside its textures as well.
+            for number, document in tiles.items():
+                _write(document, folder / number)
+            return put_document(TilesDocument(target=self.name, name=source.name, tiles=tiles), folder, output)
 
-    def _tile(self, source: Source, tile: Tile, place: Path, form: Format) -> dict[str, Any]:
+    def _tile(self, source: Source, tile: Tile, place: Path, form: Format) -> TileExport:
         folder = source.folder_of(tile, place)
         folder.mkdir(exist_ok=True)
-        document = {"format": FORMAT, "target": self.name, **describe(tile)}
-        document |= write_maps(tile, folder, form, self.upside_down) | tile.regions.write(folder)
-        if tile.masks:
-            document |= tile.masks.write(folder)
+        document = describe(tile, self.name, write_maps(tile, folder, form, self.upside_down), folder)
         self.write_tile(tile, folder)
         return document
-
-    def _whole(self, source: Source, tiles: dict[str, dict[str, Any]], folder: Path) -> dict[str, Any]:
-        """The document of a tile; of several one that has theirs, which are written beside their textures."""
-        if len(tiles) == 1:
-            return next(iter(tiles.values()))
-        for number, document in tiles.items():
-            _write(document, folder / number)
-        return {"format": FORMAT, "target": self.name, "name": source.name, "tiles": tiles}
 
     def _format(self, textures: str) -> Format:
         if textures not in self.formats:
@@ -103,46 +98,48 @@ class Target:
         return maps or self.maps[0]
 
 
-def describe(tile: Tile) -> dict[str, Any]:
-    """What an engine has to know of a tile, by names: morph target, and place among any weight maps, of each."""
+def describe(tile: Tile, target: str, written: WrittenMaps, folder: Path) -> TileExport:
+    """What an engine has to know of a tile, whose regions and masks are written beside its maps."""
     columns, first = tile.layout.weight_columns, tile.sheets[0]
-    return {
-        "name": tile.name,
-        "tile": tile.layout.number,
-        "resolution": list(first.size),
-        "channels": first.channels,
-        "layers": -(-len(tile.layout.weight_span) // SLOTS_PER_LAYER),
-        "weight_size": list(tile.layout.weight_size),
-        "uniform_weights": [list(row) for row in tile.uniform_weights],
-        "gains": {
-            "maps": [kind.name for kind in tile.maps],
-            "expressions": list(tile.expressions),
-            "regions": list(tile.regions.names),
-        },
-        "order": list(tile.expressions),
-        "expressions": {
-            name: {"morph_target": n} | ({} if tile.masks else {"weight_tile": [n % columns, n // columns]})
+    return TileExport(
+        target=target,
+        name=tile.name,
+        tile=tile.layout.number,
+        resolution=first.size,
+        channels=first.channels,
+        layers=-(-len(tile.layout.weight_span) // SLOTS_PER_LAYER),
+        weight_size=tile.layout.weight_size,
+        uniform_weights=tile.uniform_weights,
+        gains=Gains(maps=[kind.name for kind in tile.maps], expressions=tile.expressions, regions=tile.regions.names),
+        order=tile.expressions,
+        expressions={
+            name: ExpressionPlace(morph_target=n, weight_tile=None if tile.masks else (n % columns, n // columns))
             for n, name in enumerate(tile.expressions)
         },
-    }
+        textures=written.textures,
+        maps=written.maps,
+        codec=written.codec,
+        mips=written.mips,
+        regions=tile.regions.write(folder),
+        masks=tile.masks.write(folder) if tile.masks else None,
+    )
 
 
-def put_document(document: Mapping[str, Any], folder: Path, output: Path) -> dict[str, Any]:
+def put_document(document: E, folder: Path, output: Path) -> E:
     """Write the document of a finished folder, with its record: what an export that becomes ``output`` answers."""
     whole = with_record(document, folder)
     _write(whole, folder)
     size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
-    return {**whole, "output": str(output), "bytes": size}
+    return replace(whole, output=str(output), bytes=size)
 
 
 def is_export(folder: Path) -> bool:
     """Whether an export was written here: only such a folder may be overwritten by one."""
     try:
-        return json.loads((folder / FILE_NAME).read_bytes())["format"] == FORMAT
-    except (OSError, ValueError, KeyError, TypeError):
+        return from_json((folder / FILE_NAME).read_bytes(), Document).format == FORMAT
+    except (OSError, ValueError, RecursionError):
         return False
 
 
-def _write(document: dict[str, Any], folder: Path) -> None:
-    text = json.dumps(document, indent=1, allow_nan=False)
-    (folder / FILE_NAME).write_text(text + "\n", encoding="utf-8")
+def _write(document: Document, folder: Path) -> None:
+    (folder / FILE_NAME).write_text(f"{to_json(document)}\n", encoding="utf-8")

@@ -16,7 +16,8 @@ from facezip.export.folder import Target
 from facezip.export.formats import BASIS, PNG, Format
 from facezip.export.shaders import GLSL, HLSL, head_words, render, shader
 from facezip.export.source import Source, Tile
-from facezip.files.glb import VERTICES, GlbBuilder
+from facezip.files.accessors import GltfObject
+from facezip.files.glb_builder import VERTICES, GlbBuilder
 from facezip.files.images import Texels, png
 from facezip.machine.rows import by_rows
 
@@ -55,7 +56,7 @@ def write_glb(
     glb.finish().write(file)
 
 
-def add_joint(glb: GlbBuilder, primitives: list[dict[str, Any]]) -> None:
+def add_joint(glb: GlbBuilder, primitives: list[GltfObject]) -> None:
     """One joint at the origin, which moves every vertex by all of its weight."""
     for primitive in primitives:
         attributes = primitive["attributes"]
@@ -69,7 +70,7 @@ def add_joint(glb: GlbBuilder, primitives: list[dict[str, Any]]) -> None:
     glb.document["scenes"][0]["nodes"].append(1)
 
 
-def _material(glb: GlbBuilder, tile: Tile, name: str, several: str, albedo: Path | None) -> dict[str, Any]:
+def _material(glb: GlbBuilder, tile: Tile, name: str, several: str, albedo: Path | None) -> GltfObject:
     if albedo:
         index = glb.image(name, albedo.read_bytes(), "image/ktx2")
         color = _texture(glb, name, {"extensions": {BASIS_EXTENSION: {"source": index}}})
@@ -103,7 +104,7 @@ def _image(glb: GlbBuilder, name: str, texels: Texels) -> int:
     return _texture(glb, name, {"source": glb.image(name, png(texels), "image/png")})
 
 
-def _texture(glb: GlbBuilder, name: str, source: dict[str, Any]) -> int:
+def _texture(glb: GlbBuilder, name: str, source: GltfObject) -> int:
     textures = glb.document["textures"]
     textures.append({"name": name, "sampler": 0, **source})
     return len(textures) - 1

@@ -1,9 +1,8 @@
 """Exports of layers under masks: what those targets share, from the pack to the folder and its document."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +11,10 @@ from facezip.character.maps import ALBEDO, KNOWN, Map
 from facezip.character.neutrals import packed_neutral
 from facezip.character.tiles import shifted
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.export.documents.layers import LayeredMap, LayeredTexture, LayersExport
 from facezip.export.fill import Fill, shown
-from facezip.export.folder import FORMAT, is_export, put_document
-from facezip.export.layering import Weights, fitted_layers, layer_errors
+from facezip.export.folder import is_export, put_document
+from facezip.export.layering import LayerErrors, Layers, Weights, fitted_layers, layer_errors
 from facezip.export.mixing import Rule
 from facezip.files.images import write_texture
 from facezip.files.reading import undisturbed
@@ -26,8 +26,6 @@ from facezip.pack.verification import verify_pack
 NORMAL = "normal"
 # What these engines mix; of other maps they hold the neutral.
 MIXED = (ALBEDO, NORMAL)
-
-Document = dict[str, Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,22 +95,15 @@ def unfit(pack: Path, words: str) -> FaceZipError:
     return FaceZipError(ErrorCode.BAD_VALUE, f"{pack}: {words}")
 
 
-def export_layered(
-    pack: Layered,
-    output: Path,
-    target: str,
-    overwrite: bool,
-    write: Callable[[Path], Document],
-) -> Document:
+def export_layered(output: Path, overwrite: bool, write: Callable[[Path], LayersExport]) -> LayersExport:
     """Write an export as :class:`facezip.export.folder.Target` does: ``write`` fills a folder, and says with what."""
     with whole_folder(output, overwrite, is_export) as folder:
-        document = {"format": FORMAT, "target": target, "name": pack.name, "tile": pack.tile}
-        return put_document({**document, **write(folder)}, folder, output)
+        return put_document(write(folder), folder, output)
 
 
 def write_layers(
     pack: Layered, folder: Path, weights: Weights, rule: Rule, names: Callable[[Map, int], str]
-) -> tuple[Document, Document]:
+) -> tuple[dict[str, LayeredTexture], dict[str, LayeredMap]]:
     """Write every map's neutral and layers, and measure them.
 
     Parameters
@@ -129,31 +120,30 @@ def write_layers(
         ``UNSAFE_NAME`` where an image of one map would be called as that of another.
     """
     _check_names(pack, names)
-    textures, maps, fills = Document(), Document(), pack.fills()
+    textures, maps, fills = dict[str, LayeredTexture](), dict[str, LayeredMap](), pack.fills()
     for kind in pack.mixed:
         part, fill = pack.model.parts[kind.name, pack.tile], fills[kind.name]
         layers = fitted_layers(kind, part, weights, rule, fill)
         images = [names(kind, number) for number in range(pack.slots + 1)]
         for image, texels in zip(images, (layers.neutral, *layers.pictures), strict=True):
             textures[image] = write_image(folder, f"{image}.png", texels, kind)
-        maps[kind.name] = {
-            **_described(kind, layers.neutral, images[0]),
-            "layers": images[1:],
-            **layer_errors(layers, part, weights, rule, fill, pack.model.expressions),
-        }
+        errors = layer_errors(layers, part, weights, rule, fill, pack.model.expressions)
+        maps[kind.name] = _mixed(layers, _still(kind, layers.neutral, images[0]), images[1:], errors)
     for kind in pack.still:
         part, image = pack.model.parts[kind.name, pack.tile], names(kind, 0)
         texels = fills[kind.name](np.asarray(packed_neutral(part.neutral, kind, 8), np.uint8))
         textures[image] = write_image(folder, f"{image}.png", texels, kind)
-        maps[kind.name] = {**_described(kind, texels, image), "layers": []}
+        maps[kind.name] = _still(kind, texels, image)
     return textures, maps
 
 
-def write_image(folder: Path, file: str, texels: NDArray[np.uint8], kind: Map | None = None) -> Document:
-    """Write an image, of a map or of a mask, and say how it is to be imported."""
+def write_image(
+    folder: Path, file: str, texels: NDArray[np.uint8], kind: Map | None = None, mipmaps: bool | None = None
+) -> LayeredTexture:
+    """Write an image, of a map or of a mask, and say how it is to be imported: with mip-maps where nothing is said."""
     (folder / file).parent.mkdir(exist_ok=True)
     write_texture(folder / file, texels)
-    return {"file": file, "srgb": kind is not None and kind.encoding == "srgb"}
+    return LayeredTexture(file=file, srgb=kind is not None and kind.encoding == "srgb", mipmaps=mipmaps)
 
 
 def still_words(pack: Layered, engine: str) -> list[str]:
@@ -172,10 +162,29 @@ def _check_names(pack: Layered, names: Callable[[Map, int], str]) -> None:
             raise FaceZipError(ErrorCode.UNSAFE_NAME, f"{pack.path}: {reason}")
 
 
-def _described(kind: Map, texels: NDArray[np.uint8], image: str) -> Document:
-    return {
-        "encoding": kind.encoding,
-        "range": [kind.low, kind.high],
-        "size": list(texels.shape[:2]),
-        "neutral": image,
-    }
+def _still(kind: Map, texels: NDArray[np.uint8], image: str) -> LayeredMap:
+    """A map without layers."""
+    height, width = texels.shape[:2]
+    return LayeredMap(
+        encoding=kind.encoding, range=(kind.low, kind.high), size=(height, width), neutral=image, layers=[]
+    )
+
+
+def _mixed(layers: Layers, still: LayeredMap, images: list[str], errors: LayerErrors) -> LayeredMap:
+    """The same map with its layers, and what was measured of them."""
+    whole = replace(still, layers=images, beyond=layers.beyond)
+    if layers.kind.is_normal:
+        return replace(
+            whole,
+            angular_error=errors.mean,
+            angular_error_per_expression=errors.per_expression,
+            angular_error_blends=errors.blends,
+            angular_error_largest=errors.largest,
+        )
+    return replace(
+        whole,
+        rmse=errors.mean,
+        rmse_per_expression=errors.per_expression,
+        rmse_blends=errors.blends,
+        rmse_largest=errors.largest,
+    )

@@ -5,17 +5,15 @@ slopes, and both agree at weights of 0 and 1 alone. So the layers of a texel are
 within what an image holds; they stay near the neutral and its difference where expressions leave them free.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.maps import Map, angles
 from facezip.export.fill import Fill
-from facezip.export.measured import measure_of
 from facezip.export.mixing import Rule, limits, mixed_of, sampled, stored_of, unmixed
 from facezip.machine import memory
 from facezip.machine.kernels import kernel
@@ -76,6 +74,25 @@ class Weights:
             yield np.float32(0.5) * (one + other), np.float32(0.5) * (first + second)
 
 
+@dataclass(frozen=True)
+class LayerErrors:
+    """How far what an engine shows is from what the pack shows, inside the chart.
+
+    Of colours RMSE in units of 0..255, of normals the mean angle in degrees.
+
+    Attributes
+    ----------
+    mean, per_expression : over expressions, and of each.
+    blends : mean over blends of neighbours half and half; 0 where there are none.
+    largest : of a texel in an expression.
+    """
+
+    mean: float
+    per_expression: Mapping[str, float]
+    blends: float
+    largest: float
+
+
 def fitted_layers(kind: Map, part: Part, weights: Weights, rule: Rule, fill: Fill) -> Layers:
     """The layers of a map under a rule."""
     height, width, channels = part.neutral.shape
@@ -114,21 +131,16 @@ def fitted_layers(kind: Map, part: Part, weights: Weights, rule: Rule, fill: Fil
 
 def layer_errors(
     layers: Layers, part: Part, weights: Weights, rule: Rule, fill: Fill, expressions: Sequence[str]
-) -> dict[str, Any]:
-    """How far what an engine shows is from what the pack shows, inside the chart.
-
-    RMSE in units of 0..255 of colours, of normals the mean angle in degrees: the mean over expressions, of each, over
-    blends of neighbours half and half; and the largest of a texel in an expression.
-    """
-    measure, count = measure_of(layers.kind), len(expressions)
+) -> LayerErrors:
+    """The errors of a map, of the ``expressions`` whose weights are given and of their blends."""
+    count = len(expressions)
     means, largest = _errors(layers, part, [*weights.pairs(), *weights.blends()], rule, fill)
-    return {
-        measure: float(means[:count].mean()),
-        f"{measure}_per_expression": dict(zip(expressions, means[:count].tolist(), strict=True)),
-        f"{measure}_blends": float(means[count:].mean()) if len(means) > count else 0.0,
-        f"{measure}_largest": float(largest[:count].max()),
-        "beyond": layers.beyond,
-    }
+    return LayerErrors(
+        mean=float(means[:count].mean()),
+        per_expression=dict(zip(expressions, means[:count].tolist(), strict=True)),
+        blends=float(means[count:].mean()) if len(means) > count else 0.0,
+        largest=float(largest[:count].max()),
+    )
 
 
 def _errors(

@@ -6,11 +6,11 @@ On the CPU a blend β sums c = Σ_n β_n a_n, numbers that do not grow with N; t
 from base64 import b64encode
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.export.documents.textures import ExportedMasks
 from facezip.pack.footprint import SLOTS_PER_LAYER
 
 FILE_NAME = "masks.png"
@@ -49,17 +49,15 @@ class Masks:
         """L · K': vectors of four activations that the pre-pass takes of a blend."""
         return self.vectors.shape[1] * self.vectors.shape[2]
 
-    def write(self, folder: Path) -> dict[str, Any]:
-        """Write the image, and say what a document says of masks; ``activations`` are the half floats in base64."""
+    def write(self, folder: Path) -> ExportedMasks:
+        """Write the image, and say what a document says of masks."""
         (folder / FILE_NAME).write_bytes(self.image)
-        return {
-            "masks": {
-                "file": FILE_NAME,
-                "columns": self.columns,
-                "size": list(self.size),
-                "names": list(self.names),
-                "clamped": self.clamped,
-                "vectors": self.count,
-                "activations": b64encode(self.vectors.astype("<f2").tobytes()).decode("ascii"),
-            }
-        }
+        return ExportedMasks(
+            file=FILE_NAME,
+            columns=self.columns,
+            size=self.size,
+            names=self.names,
+            clamped=self.clamped,
+            vectors=self.count,
+            activations=b64encode(self.vectors.astype("<f2").tobytes()).decode("ascii"),
+        )

@@ -1,13 +1,14 @@
 """How far what an engine shows is from what the pack holds: by the codec at full size, by mip-maps at every other."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import islice, pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.maps import Map, angles
+from facezip.export.documents.maps import CodecErrors, MipErrors
 from facezip.export.levels import Level
 from facezip.export.mips import Pyramid
 from facezip.export.sheets import Sheet
@@ -29,13 +30,34 @@ Rows = Callable[[slice], NDArray[np.float32]]
 Errors = dict[str, float]
 
 
-def measure_of(kind: Map) -> str:
-    """What the error of a map is called, as in :func:`facezip.pack.errors.model_errors`."""
-    return "angular_error" if kind.is_normal else "rmse"
+@dataclass(frozen=True)
+class Added:
+    """The error that a codec adds to a map of expressions: of each."""
+
+    per_expression: Mapping[str, float]
+
+    @property
+    def mean(self) -> float:
+        """Over expressions."""
+        return float(np.mean([*self.per_expression.values()]))
 
 
-def codec_errors(sheet: Sheet, part: Part, pyramid: Pyramid, seen: Part) -> dict[str, dict[str, Any]]:
-    """By map, the error that a codec adds to the textures of expressions, inside the chart: mean, and of each.
+def stated(kind: Map, codec: str, seen: Added, without: Added) -> CodecErrors:
+    """What a document says of a map in a codec, and without fitting each texture to what was lost of the others."""
+    if kind.is_normal:
+        return CodecErrors(
+            name=codec,
+            angular_error=seen.mean,
+            angular_error_per_expression=seen.per_expression,
+            angular_error_without_fit=without.mean,
+        )
+    return CodecErrors(
+        name=codec, rmse=seen.mean, rmse_per_expression=seen.per_expression, rmse_without_fit=without.mean
+    )
+
+
+def codec_errors(sheet: Sheet, part: Part, pyramid: Pyramid, seen: Part) -> dict[str, Added]:
+    """By map, the error that a codec adds to the textures of expressions, inside the chart.
 
     ``part`` is what the pack holds, and ``seen`` what a sampler sees of it once it is stored.
     """
@@ -44,38 +66,26 @@ def codec_errors(sheet: Sheet, part: Part, pyramid: Pyramid, seen: Part) -> dict
         name: _errors(sheet, blended_rows(seen, weights), blended_rows(part, weights), share)
         for name, weights in zip(track(names, "Measuring", len(names)), sheet.weights, strict=True)
     }
-    found = {}
-    for kind, _ in sheet.maps:
-        alone, measure = {name: error[kind.name] for name, error in errors.items()}, measure_of(kind)
-        found[kind.name] = {measure: float(np.mean([*alone.values()])), f"{measure}_per_expression": alone}
-    return found
+    return {kind.name: Added({name: error[kind.name] for name, error in errors.items()}) for kind, _ in sheet.maps}
 
 
 def mip_errors(
     sheet: Sheet, part: Part, pyramid: Pyramid, plain: Sequence[Level], **candidates: Sequence[Level]
-) -> dict[str, list[dict[str, Any]]]:
-    """By map, how far levels are from how a blend should look from afar; one document a level.
+) -> dict[str, list[MipErrors]]:
+    """By map, how far levels are from how a blend should look from afar; one entry a level.
 
     Parameters
     ----------
     sheet, part, pyramid : the maps, what the pack holds of them, and which texels count.
     plain : every texture averaged on its own and stored as it is.
-    **candidates : levels by name, of textures as an engine sees them.
-
-    Returns
-    -------
-    For each level its ``size``, and errors inside the chart: ``product_gap``, how far the mean of a blend's texels is
-    from the blend of ``plain`` mips; for each candidate its error over expressions, and (``NAME_blends``) over blends
-    of them that no fit has seen.
+    **candidates : ``averaged`` and ``fitted`` levels, of textures as an engine sees them.
     """
     numbers = range(len(sheet.expressions))
     most = max(TEXELS_MEASURED // pyramid.shares[0].size, LEAST)
     alone: list[Blend] = [(n,) for n in numbers[:: -(-len(numbers) // most)]]
     mixed: list[Blend] = list(islice(pairwise(numbers), min(most, BLENDS)))
     count = sum(min(size) >= SMALLEST for size in pyramid.sizes)
-    rows: dict[str, list[dict[str, Any]]] = {
-        kind.name: [{"size": list(size)} for size in pyramid.sizes[:count]] for kind, _ in sheet.maps
-    }
+    rows = {kind.name: [Errors() for _ in range(count)] for kind, _ in sheet.maps}
     kinds: dict[str, list[Blend]] = {"": alone, "_blends": mixed}
     for which, blends in kinds.items():
         errors = [
@@ -86,7 +96,10 @@ def mip_errors(
             for name, of_map in rows.items():
                 row = of_map[number]
                 row |= {key + which: float(np.mean([level[key][name] for level in levels])) for key in levels[0]}
-    return rows
+    return {
+        name: [MipErrors(size=size, **row) for size, row in zip(pyramid.sizes, of_map, strict=False)]
+        for name, of_map in rows.items()
+    }
 
 
 def _errors_of(

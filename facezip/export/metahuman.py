@@ -7,17 +7,17 @@ are added, colours as linear light, of normals x and y, each times a mask and a 
 """
 
 import csv
-import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from facezip.character.maps import ALBEDO, Map
+from facezip.documents.document import to_json
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.export.documents.layers import CurveImages, CurvesDocument, LayerCurve, LayersExport
 from facezip.export.engine import write_text
 from facezip.export.layered import (
     Layered,
@@ -64,7 +64,7 @@ class Curve:
         return f"{_layer_name(self.kind, self.layer)}_{self.mask_name.removesuffix(_SUFFIX)}"
 
 
-def export_metahuman(pack: Path, output: Path, *, overwrite: bool = False) -> dict[str, Any]:
+def export_metahuman(pack: Path, output: Path, *, overwrite: bool = False) -> LayersExport:
     """Export a pack of given masks as layers, masks and curves.
 
     Returns
@@ -82,7 +82,7 @@ def export_metahuman(pack: Path, output: Path, *, overwrite: bool = False) -> di
     curves = _curves(whole, masked)
     maps = masked[whole.tile]
 
-    def write(folder: Path) -> dict[str, Any]:
+    def write(folder: Path) -> LayersExport:
         textures, found = write_layers(whole, folder, Weights(maps, maps), RULE, image_name)
         for name, mask in zip(masked.names, masked.masks[whole.tile], strict=True):
             textures[f"{MASKS}/{name}"] = write_image(folder, f"{MASKS}/{name}.png", mask[..., None])
@@ -90,17 +90,19 @@ def export_metahuman(pack: Path, output: Path, *, overwrite: bool = False) -> di
         words = {"slots": whole.slots, "maps": found, "masks": len(masked.names), "curves": len(curves)}
         height, width = masked.masks[whole.tile].shape[1:]
         write_text(folder, {"GUIDE.md": "metahuman/guide.j2"}, words | {"width": width, "height": height})
-        notes = [*still_words(whole, ENGINE), *_strange_words(masked)]
-        return {
-            "textures": textures,
-            "maps": found,
-            "curves": {
-                curve.name: {"map": curve.kind.name, "layer": curve.layer, "mask": curve.mask_name} for curve in curves
+        return LayersExport(
+            target="metahuman",
+            name=whole.name,
+            tile=whole.tile,
+            textures=textures,
+            maps=found,
+            curves={
+                curve.name: LayerCurve(map=curve.kind.name, layer=curve.layer, mask=curve.mask_name) for curve in curves
             },
-            "notes": notes,
-        }
+            notes=[*still_words(whole, ENGINE), *_strange_words(masked)],
+        )
 
-    return export_layered(whole, output, "metahuman", overwrite, write)
+    return export_layered(output, overwrite, write)
 
 
 def image_name(kind: Map, layer: int) -> str:
@@ -162,20 +164,16 @@ def _write_curves(folder: Path, whole: Layered, masked: MaskedWeights, curves: l
         table = csv.writer(file)
         table.writerow(["expression", *names])
         table.writerows([name, *values] for name, values in rows.items())
-    document = {
-        "curves": {
-            curve.name: {
-                "map": f"{image_name(curve.kind, curve.layer)}.png",
-                "mask": f"{MASKS}/{curve.mask_name}.png",
-            }
-            for curve in curves
-        },
-        "expressions": {
-            name: {curve: value for curve, value in zip(names, values, strict=True) if value}
-            for name, values in rows.items()
-        },
+    images = {
+        curve.name: CurveImages(map=f"{image_name(curve.kind, curve.layer)}.png", mask=f"{MASKS}/{curve.mask_name}.png")
+        for curve in curves
     }
-    (folder / JSON_FILE).write_text(json.dumps(document, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    moved = {
+        name: {curve: value for curve, value in zip(names, values, strict=True) if value}
+        for name, values in rows.items()
+    }
+    document = CurvesDocument(curves=images, expressions=moved)
+    (folder / JSON_FILE).write_text(f"{to_json(document)}\n", encoding="utf-8")
 
 
 def _strange_words(masked: MaskedWeights) -> list[str]:

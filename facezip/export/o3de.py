@@ -6,8 +6,8 @@ targets that are at work, each times its weight, clamps the sums to 0..1 and lay
 """
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from facezip.character.gltf import add_mesh, start
 from facezip.character.maps import ALBEDO, Map
 from facezip.character.tiles import charts
+from facezip.export.documents.layers import LayeredMap, LayersExport
 from facezip.export.engine import write_text
 from facezip.export.gltf import GLB_FILE, add_joint
 from facezip.export.layered import (
@@ -41,7 +42,7 @@ FULL = 0.999
 INPUTS = {"roughness": "roughness.textureMap", "specular": "specularF0.textureMap"}
 
 
-def export_o3de(pack: Path, output: Path, *, overwrite: bool = False) -> dict[str, Any]:
+def export_o3de(pack: Path, output: Path, *, overwrite: bool = False) -> LayersExport:
     """Export a pack of weights that are not negative as layers and masks of morph targets.
 
     Returns
@@ -58,12 +59,12 @@ def export_o3de(pack: Path, output: Path, *, overwrite: bool = False) -> dict[st
     maps = _checked(whole)
     masks = _masks(maps)
 
-    def write(folder: Path) -> dict[str, Any]:
+    def write(folder: Path) -> LayersExport:
         weights = Weights(maps, masks[..., : whole.slots].astype(np.float32) / np.float32(255))
         textures, found = write_layers(whole, folder, weights, RULE, image_name)
         for name, mask in zip(whole.model.expressions, masks, strict=True):
             file = f"{MASKS}/{name}_wrinklemask.tif"
-            textures[f"{MASKS}/{name}"] = {**write_image(folder, file, mask), "mipmaps": False}
+            textures[f"{MASKS}/{name}"] = write_image(folder, file, mask, mipmaps=False)
             write_text(folder, {f"{file}.assetinfo": "o3de/assetinfo.j2"}, {})
         material = json.dumps(_material(whole, found), indent=4) + "\n"
         (folder / MATERIAL).write_text(material, encoding="utf-8")
@@ -71,9 +72,16 @@ def export_o3de(pack: Path, output: Path, *, overwrite: bool = False) -> dict[st
             _write_head(whole, folder / GLB_FILE)
         words = {"slots": whole.slots, "maps": found, "count": len(masks), "head": whole.model.meshes is not None}
         write_text(folder, {"GUIDE.md": "o3de/guide.j2"}, words)
-        return {"textures": textures, "maps": found, "notes": still_words(whole, ENGINE)}
+        return LayersExport(
+            target="o3de",
+            name=whole.name,
+            tile=whole.tile,
+            textures=textures,
+            maps=found,
+            notes=still_words(whole, ENGINE),
+        )
 
-    return export_layered(whole, output, "o3de", overwrite, write)
+    return export_layered(output, overwrite, write)
 
 
 def image_name(kind: Map, layer: int) -> str:
@@ -109,19 +117,19 @@ def _masks(maps: NDArray[np.float32]) -> NDArray[np.uint8]:
     return masks
 
 
-def _material(whole: Layered, found: dict[str, Any]) -> dict[str, Any]:
-    """A material of the engine's skin type; UVs are the mesh's first, which that calls Tiled."""
-    values: dict[str, Any] = {"baseColor.textureMapUv": "Tiled", "normal.textureMapUv": "Tiled"}
+def _material(whole: Layered, found: Mapping[str, LayeredMap]) -> dict[str, object]:
+    """A material of the engine's skin type, in its format; UVs are the mesh's first, which that calls Tiled."""
+    values: dict[str, object] = {"baseColor.textureMapUv": "Tiled", "normal.textureMapUv": "Tiled"}
     values |= {"wrinkleLayers.enable": True, "wrinkleLayers.count": whole.slots}
     for name, text, switch in ((ALBEDO, "baseColor", "enableBaseColor"), (NORMAL, "normal", "enableNormal")):
         if name not in found:
             continue
-        values |= {f"{text}.textureMap": f"{found[name]['neutral']}.png", f"wrinkleLayers.{switch}": True}
-        for number, image in enumerate(found[name]["layers"], 1):
+        values |= {f"{text}.textureMap": f"{found[name].neutral}.png", f"wrinkleLayers.{switch}": True}
+        for number, image in enumerate(found[name].layers, 1):
             values[f"wrinkleLayers.{text}Map{number}"] = f"{image}.png"
     for name, text in INPUTS.items():
         if name in found:
-            values |= {text: f"{found[name]['neutral']}.png", f"{text}Uv": "Tiled"}
+            values |= {text: f"{found[name].neutral}.png", f"{text}Uv": "Tiled"}
     return {"materialType": MATERIAL_TYPE, "materialTypeVersion": MATERIAL_VERSION, "propertyValues": values}
 
 

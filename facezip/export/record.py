@@ -7,11 +7,16 @@ import hashlib
 import json
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from facezip.documents.document import plain
+from facezip.export.documents.export import Export
+from facezip.export.documents.layers import LayersExport
+from facezip.export.documents.tiles import ExportDocument, ExportedFile, TileExport, TilesDocument
 from facezip.files.decoding import decoding
 from facezip.files.statements import stated
 from facezip.pack.verification import stored
@@ -20,14 +25,15 @@ FILE_NAME = "facezip.json"
 IMAGES = (".png", ".tif")
 # Godot's own settings lie beside each texture, and its editor adds to them.
 SETTINGS = ".import"
+# Kinds of documents that have a record.
+E = TypeVar("E", ExportDocument, TilesDocument, LayersExport)
 _SETTING = re.compile(r"^[ \t]*([\w/]+)[ \t]*[=:][ \t]*(.*?)[ \t\r]*$", re.MULTILINE)
 
 
-def with_record(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+def with_record(document: E, folder: Path) -> E:
     """A document of an export with what is said of every file in its folder, and a checksum of all of that."""
-    files = dict(_files(folder, dict(_textures(document))))
-    whole = {**document, "files": files}
-    return {**whole, "sha256": checksum(whole)}
+    whole = replace(document, files=dict(_files(folder, dict(_textures(document)))))
+    return replace(whole, sha256=checksum(plain(whole)))
 
 
 def checksum(document: Mapping[str, Any]) -> str:
@@ -59,31 +65,49 @@ def settings_in(text: str) -> dict[str, str]:
     return {name: value.strip('"') for name, value in reversed(_SETTING.findall(text))}
 
 
-def _textures(document: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, bool]]]:
-    """The textures' files, relative to the folder, and how each is imported: an atlas, with columns, has no mip-maps.
+class _Import(NamedTuple):
+    """How an importer has to take a texture."""
 
-    Numbers of a fit are no sRGB: an importer that takes them for that, or for transparent, changes them. Whole pictures
-    of colours, where a document says so, are.
+    srgb: bool
+    mipmaps: bool
+
+
+def _textures(document: Export) -> Iterator[tuple[str, _Import]]:
+    """The textures' files, relative to the folder, and how each is imported."""
+    if isinstance(document, TilesDocument):
+        for number, tile in document.tiles.items():
+            yield from ((f"{number}/{file}", settings) for file, settings in _of_tile(tile))
+    elif isinstance(document, LayersExport):
+        for picture in document.textures.values():
+            yield picture.file, _Import(picture.srgb, picture.mipmaps is not False)
+    else:
+        yield from _of_tile(document)
+
+
+def _of_tile(tile: TileExport) -> Iterator[tuple[str, _Import]]:
+    """An atlas, with columns, has no mip-maps.
+
+    Numbers of a fit are no sRGB: an importer that takes them for that, or for transparent, changes them.
     """
-    for tile, each in document.get("tiles", {"": document}).items():
-        beside = [each[name] for name in ("regions", "masks") if name in each]
-        for entry in (*each["textures"].values(), *beside):
-            for file in (entry[key] for key in ("file", "low") if key in entry):
-                settings = {"srgb": entry.get("srgb", False), "mipmaps": entry.get("mipmaps", "columns" not in entry)}
-                yield f"{tile}/{file}" if tile else file, settings
+    for texture in tile.textures.values():
+        for file in filter(None, (texture.file, texture.low)):
+            yield file, _Import(srgb=False, mipmaps=texture.columns is None)
+    for atlas in (tile.regions, tile.masks):
+        if atlas:
+            yield atlas.file, _Import(srgb=False, mipmaps=False)
 
 
-def _files(folder: Path, textures: Mapping[str, dict[str, bool]]) -> Iterator[tuple[str, dict[str, Any]]]:
+def _files(folder: Path, textures: Mapping[str, _Import]) -> Iterator[tuple[str, ExportedFile]]:
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder).as_posix()
         if not path.is_file() or name == FILE_NAME:
             continue
         if path.suffix == SETTINGS:
-            yield name, {"settings": settings_in(path.read_text(encoding="utf-8"))}
+            yield name, ExportedFile(settings=settings_in(path.read_text(encoding="utf-8")))
             continue
-        entry: dict[str, Any] = {**vars(stored(path))}
+        entry = ExportedFile(**vars(stored(path)))
         if name in textures:
-            entry |= textures[name]
+            entry = replace(entry, srgb=textures[name].srgb, mipmaps=textures[name].mipmaps)
             if path.suffix in IMAGES:
-                entry |= {"size": list(stated(path).size), "numbers": numbers_of(path)}
+                entry = replace(entry, size=stated(path).size, numbers=numbers_of(path))
         yield name, entry

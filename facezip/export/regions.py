@@ -4,13 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isqrt
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.export.documents.textures import ExportedRegions
 from facezip.files.images import write_texture
 from facezip.files.values import read_mask
 from facezip.names import first_unusable
@@ -44,17 +44,17 @@ class Regions:
         """Masks below each other in the image."""
         return -(-len(self.names) // self.columns)
 
-    def write(self, folder: Path) -> dict[str, Any]:
+    def write(self, folder: Path) -> ExportedRegions | None:
         """Write the image, where there are regions, and say what a document says of it."""
         if not self.names:
-            return {}
+            return None
         height, width = self.masks.shape[1:]
         image = np.zeros((self.rows * height, self.columns * width, 1), np.uint8)
         for k, mask in enumerate(self.masks):
             top, left = height * (k // self.columns), width * (k % self.columns)
             image[top : top + height, left : left + width, 0] = mask
         write_texture(folder / FILE_NAME, image)
-        return {"regions": {"file": FILE_NAME, "columns": self.columns, "size": [height, width]}}
+        return ExportedRegions(file=FILE_NAME, columns=self.columns, size=(height, width))
 
 
 def read_regions(pack: Path, manifest: Manifest, files: Mapping[str, Path]) -> dict[int, Regions]:

@@ -1,17 +1,20 @@
 """The textures of an export, what is measured of them, and what its document says of them."""
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from facezip.blocks.codecs import Codec, raw
 from facezip.character.maps import MAX_SLOPE
 from facezip.export.containers import Pieces
+from facezip.export.documents.maps import CodecErrors, ExportedMap, MipErrors
+from facezip.export.documents.textures import ExportedTexture
 from facezip.export.formats import Format
 from facezip.export.joining import CHANNELS
 from facezip.export.levels import averaged_levels, fitted_levels
-from facezip.export.measured import codec_errors, measure_of, mip_errors
+from facezip.export.measured import codec_errors, mip_errors, stated
 from facezip.export.mips import Pyramid, targets
 from facezip.export.sheets import Sheet
 from facezip.export.source import Tile
@@ -20,14 +23,33 @@ from facezip.machine import memory
 from facezip.pack.footprint import SLOTS_PER_LAYER
 from facezip.pack.quantise import ZERO
 
-Document = dict[str, Any]
 # What a file of the lower bits is called.
 LOW = "_low"
 # Bytes that are written at a time.
 PIECE = 2**22
 
+# Of a map: of blocks what the codec adds, and its mip-maps.
+Measured = tuple[CodecErrors | None, list[MipErrors]]
 
-def write_maps(tile: Tile, folder: Path, form: Format, upside_down: bool = False) -> Document:
+
+@dataclass(frozen=True)
+class WrittenMaps:
+    """The textures and weight maps of a tile.
+
+    Attributes
+    ----------
+    textures : by name the file, and the numbers that turn its texels t in [0, 1] back into values.
+    maps : by name where each is, and what was measured of it.
+    codec, mips : of the first map, which is the albedo; with what storing lost of each texture.
+    """
+
+    textures: Mapping[str, ExportedTexture]
+    maps: Mapping[str, ExportedMap]
+    codec: CodecErrors
+    mips: Sequence[MipErrors]
+
+
+def write_maps(tile: Tile, folder: Path, form: Format, upside_down: bool = False) -> WrittenMaps:
     """Write the textures and weight maps of a tile into ``folder``.
 
     Parameters
@@ -35,15 +57,9 @@ def write_maps(tile: Tile, folder: Path, form: Format, upside_down: bool = False
     tile : of a pack.
     form : of neutrals and differences; weight maps are PNGs always, since they are small and blocks would show.
     upside_down : whether blocks begin with the last row, as in Unity's memory.
-
-    Returns
-    -------
-    ``textures``: by name the file, and the numbers that turn its texels t in [0, 1] back into values; ``maps``: by name
-    where each is, the ``codec``'s name and errors and those of ``mips``; ``codec`` and ``mips`` of the first, which is
-    the albedo.
     """
-    textures: Document = {}
-    maps: Document = {}
+    textures: dict[str, ExportedTexture] = {}
+    maps: dict[str, ExportedMap] = {}
     loss: dict[str, float] = {}
     with form.codecs() as codecs:
         for sheet in tile.sheets:
@@ -56,20 +72,19 @@ def write_maps(tile: Tile, folder: Path, form: Format, upside_down: bool = False
             textures |= _described(sheet, suffix)
             if _is_halved(sheet.neutral, form):
                 neutral = sheet.textures[0]
-                textures[neutral]["low"] = f"{neutral}{LOW}{suffix}"
-            maps |= {kind.name: _placed(sheet, kind.name) | measured[kind.name] for kind, _ in sheet.maps}
+                textures[neutral] = replace(textures[neutral], low=f"{neutral}{LOW}{suffix}")
+            maps |= {kind.name: _placed(sheet, kind.name, *measured[kind.name]) for kind, _ in sheet.maps}
             loss |= lost
     first = maps[tile.maps[0].name]
-    stated: Document = {"name": form.name} | ({"maps": loss} if loss else {})
-    return {
-        "textures": textures | _weights(tile, folder),
-        "maps": {kind.name: maps[kind.name] for kind in tile.maps},
-        "codec": stated | first.get("codec", {}),
-        "mips": first["mips"],
-    }
+    return WrittenMaps(
+        textures | _weights(tile, folder),
+        {kind.name: maps[kind.name] for kind in tile.maps},
+        replace(first.codec or CodecErrors(name=form.name), maps=loss or None),
+        first.mips,
+    )
 
 
-def _write_images(sheet: Sheet, folder: Path, form: Format) -> Document:
+def _write_images(sheet: Sheet, folder: Path, form: Format) -> dict[str, Measured]:
     """What is measured of each map."""
     for name, image in zip(sheet.textures, sheet.images(), strict=True):
         if _is_halved(image, form):
@@ -79,7 +94,7 @@ def _write_images(sheet: Sheet, folder: Path, form: Format) -> Document:
         write_texture(folder / f"{name}{form.suffix}", image)
     part, pyramid = sheet.dequantised(), Pyramid(sheet.fill)
     plain = list(averaged_levels(sheet, part, pyramid, raw(CHANNELS)))
-    return {name: {"mips": rows} for name, rows in mip_errors(sheet, part, pyramid, plain).items()}
+    return {name: (None, rows) for name, rows in mip_errors(sheet, part, pyramid, plain).items()}
 
 
 def _is_halved(texels: Texels, form: Format) -> bool:
@@ -88,7 +103,7 @@ def _is_halved(texels: Texels, form: Format) -> bool:
 
 def _write_blocks(
     sheet: Sheet, folder: Path, form: Format, codec: Codec, upside_down: bool
-) -> tuple[Document, dict[str, float]]:
+) -> tuple[dict[str, Measured], dict[str, float]]:
     """What is measured of each map, and what storing lost of each texture."""
     part, pyramid = sheet.dequantised(), Pyramid(sheet.fill)
     plain = list(averaged_levels(sheet, part, pyramid, raw(CHANNELS)))
@@ -99,12 +114,8 @@ def _write_blocks(
     averaged = list(averaged_levels(sheet, part, pyramid, codec))
     seen, afterwards = (codec_errors(sheet, part, pyramid, one[0].part) for one in (levels, averaged))
     mips = mip_errors(sheet, part, pyramid, plain, averaged=averaged, fitted=levels)
-    found = {}
-    for kind, _ in sheet.maps:
-        name, measure = kind.name, measure_of(kind)
-        without = {f"{measure}_without_fit": afterwards[name][measure]}
-        found[name] = {"codec": {"name": codec.name} | seen[name] | without, "mips": mips[name]}
-    return found, levels[0].loss
+    errors = {kind.name: stated(kind, codec.name, seen[kind.name], afterwards[kind.name]) for kind, _ in sheet.maps}
+    return {name: (error, mips[name]) for name, error in errors.items()}, levels[0].loss
 
 
 def _write(pieces: Pieces, file: Path) -> None:
@@ -115,31 +126,34 @@ def _write(pieces: Pieces, file: Path) -> None:
                 memory.ease()
 
 
-def _placed(sheet: Sheet, name: str) -> Document:
-    """Where a map is."""
+def _placed(sheet: Sheet, name: str, codec: CodecErrors | None, mips: Sequence[MipErrors]) -> ExportedMap:
+    """Where a map is, and what was measured of it."""
     kind, at = next((kind, at) for kind, at in sheet.maps if kind.name == name)
     neutral, *differences = sheet.textures
-    return {
-        "encoding": kind.encoding,
-        "range": [kind.low, kind.high],
-        "size": list(sheet.size),
-        "neutral": neutral,
-        "differences": differences,
-        "channels": list(range(at.start, at.stop)),
-        **({"max_slope": MAX_SLOPE} if kind.is_normal else {}),
+    return ExportedMap(
+        encoding=kind.encoding,
+        range=(kind.low, kind.high),
+        size=sheet.size,
+        neutral=neutral,
+        differences=differences,
+        channels=tuple(range(at.start, at.stop)),
+        max_slope=MAX_SLOPE if kind.is_normal else None,
+        codec=codec,
+        mips=mips,
+    )
+
+
+def _described(sheet: Sheet, suffix: str) -> dict[str, ExportedTexture]:
+    neutral, *differences = sheet.textures
+    return {neutral: ExportedTexture(file=f"{neutral}{suffix}")} | {
+        name: ExportedTexture(file=f"{name}{suffix}", scale=span, zero=ZERO / 255)
+        for name, span in zip(differences, sheet.span_of_values, strict=True)
     }
 
 
-def _described(sheet: Sheet, suffix: str) -> Document:
-    entries: Document = {name: {"file": f"{name}{suffix}"} for name in sheet.textures}
-    for entry, span in zip(list(entries.values())[1:], sheet.span_of_values, strict=True):
-        entry |= {"scale": list(span), "zero": ZERO / 255}
-    return entries
-
-
-def _weights(tile: Tile, folder: Path) -> Document:
+def _weights(tile: Tile, folder: Path) -> dict[str, ExportedTexture]:
     """Writes the pack's weight maps as they are, or those made of masks; uniform ones are constants in the shader."""
-    entries: Document = {}
+    entries = {}
     for layer, image in enumerate(tile.weight_images):
         file = folder / f"weights_{layer}.png"
         if isinstance(image, bytes):
@@ -147,11 +161,11 @@ def _weights(tile: Tile, folder: Path) -> Document:
         else:
             write_texture(file, image)
         slots = slice(SLOTS_PER_LAYER * layer, SLOTS_PER_LAYER * (layer + 1))
-        entries[f"weights_{layer}"] = {
-            "file": f"weights_{layer}.png",
-            "columns": tile.layout.weight_columns,
-            "size": list(tile.layout.weight_size),
-            "scale": list(tile.layout.weight_span[slots]),
-            "offset": list(tile.layout.weight_offset[slots]),
-        }
+        entries[f"weights_{layer}"] = ExportedTexture(
+            file=file.name,
+            columns=tile.layout.weight_columns,
+            size=tile.layout.weight_size,
+            scale=tile.layout.weight_span[slots],
+            offset=tile.layout.weight_offset[slots],
+        )
     return entries

@@ -11,7 +11,7 @@ from facezip.character.gltf import SMALLEST_TURN, vertex_normals
 from facezip.export.source import Source
 
 
-def geometry_words(source: Source) -> dict[str, Any]:
+def geometry_words(source: Source) -> dict[str, object]:
     """What the template of a head says of its mesh; raises as :attr:`facezip.export.source.Source.meshes`."""
     meshes, charts = source.meshes, source.charts
     faces = np.concatenate([chart.faces for chart in charts])

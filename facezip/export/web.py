@@ -4,7 +4,7 @@ from pathlib import Path
 
 from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.export.documents import WebDocument
+from facezip.export.documents.export import WebDocument
 from facezip.files.writing import write_whole
 from facezip.viewer.page import single_page
 from facezip.viewer.scene import read_scene

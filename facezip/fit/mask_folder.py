@@ -2,7 +2,8 @@
 
 import re
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -48,21 +49,37 @@ def read_masks(folder: Path) -> GivenMasks:
         files = [path for path in sorted(folder.iterdir()) if not path.name.startswith(".")]
     images: dict[tuple[str, int], NDArray[np.float32]] = {}
     for path in files:
-        for key, image in _masks_of(path, said["channels"]):
+        for key, image in _masks_of(path, said.channels):
             if key in images:
                 raise FaceZipError(ErrorCode.BAD_VALUE, f"{path}: a second image of mask '{key[0]}'; remove one")
             images[key] = image
     names = tuple(dict.fromkeys(name for name, _ in images))
     _check_names(folder, names, said)
-    layers = {name: tuple(some) for name, some in said["layers"].items()}
-    return GivenMasks(names, images, layers, _ACTIVATIONS[said["activations"]], said["sum_to_one"])
+    layers = {name: tuple(some) for name, some in said.layers.items()}
+    return GivenMasks(names, images, layers, _ACTIVATIONS[said.activations], said.sum_to_one)
 
 
-def _settings(path: Path) -> dict[str, Any]:
-    """What ``masks.toml`` says, with what holds where it says nothing."""
-    found: dict[str, Any] = {"activations": "free", "sum_to_one": False, "layers": {}, "channels": {}}
+@dataclass(frozen=True)
+class _Settings:
+    """What ``masks.toml`` says, with what holds where it says nothing.
+
+    Attributes
+    ----------
+    activations : one of :data:`_ACTIVATIONS`.
+    sum_to_one : whether those of an expression add up to 1.
+    layers : by mask, the layers in which it acts.
+    channels : by image, the masks in its channels.
+    """
+
+    activations: str = "free"
+    sum_to_one: bool = False
+    layers: Mapping[str, Sequence[int]] = field(default_factory=dict)
+    channels: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+
+def _settings(path: Path) -> _Settings:
     if not path.is_file():
-        return found
+        return _Settings()
     if path.stat().st_size > MAX_SETTINGS:
         raise FaceZipError(ErrorCode.TOO_LARGE, f"{path}: larger than {MAX_SETTINGS} bytes")
     try:
@@ -81,7 +98,7 @@ def _settings(path: Path) -> dict[str, Any]:
         is_right, words = known[name]
         if not is_right(value):
             raise FaceZipError(ErrorCode.BAD_VALUE, f"{path}: {name} has to be {words}")
-    return found | document
+    return _Settings(**document)
 
 
 def _are_lists(value: Any, kind: type) -> bool:
@@ -89,7 +106,9 @@ def _are_lists(value: Any, kind: type) -> bool:
     return all(isinstance(some, list) and all(type(item) is kind for item in some) for some in lists)
 
 
-def _masks_of(path: Path, channels: dict[str, list[str]]) -> Iterator[tuple[tuple[str, int], NDArray[np.float32]]]:
+def _masks_of(
+    path: Path, channels: Mapping[str, Sequence[str]]
+) -> Iterator[tuple[tuple[str, int], NDArray[np.float32]]]:
     """The masks of a file, by name and tile; none of a file that is no image."""
     if path.suffix.lower() in OTHER_SUFFIXES:
         raise not_read(path)
@@ -144,14 +163,14 @@ def _channel(texels: NDArray[np.float32], channel: int, rows: slice) -> NDArray[
     return texels[rows, :, channel]
 
 
-def _check_names(folder: Path, names: tuple[str, ...], said: dict[str, Any]) -> None:
+def _check_names(folder: Path, names: tuple[str, ...], said: _Settings) -> None:
     if not names:
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no image in it; give a folder with one for each mask")
     unusable = first_unusable(names)
     if unusable is not None:
         reason = f"mask '{unusable[:MAX_CHARACTERS]}' cannot be called so, or is there twice; rename it"
         raise FaceZipError(ErrorCode.UNSAFE_NAME, f"{folder}: {reason}")
-    for name in said["layers"]:
+    for name in said.layers:
         if name not in names:
             there = ", ".join(names)
             raise FaceZipError(ErrorCode.UNKNOWN_NAME, f"{folder / SETTINGS}: no mask '{name}'; there are {there}")

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.gltf import vertex_normals
-from facezip.files.accessors import GltfObject
-from facezip.files.glb import INDICES, VERTICES, Glb, GlbBuilder, GlbFault
+from facezip.files.accessors import GlbFault, GltfObject
+from facezip.files.glb import Glb
+from facezip.files.glb_builder import INDICES, VERTICES, GlbBuilder
 from facezip.files.obj import Topology
 from facezip.files.objlists import MAX_COORDINATE
 from facezip.files.reading import MOST_EXPANSION, SPARE

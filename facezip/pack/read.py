@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from facezip.character.meshes import Meshes
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.glb import GlbFault
+from facezip.files.accessors import GlbFault
 from facezip.files.images import Texels, read_texture_exactly
 from facezip.files.obj import read_obj
 from facezip.files.reading import reading, undisturbed

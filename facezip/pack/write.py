@@ -13,7 +13,7 @@ from facezip.character.maps import Map
 from facezip.character.meshes import Meshes
 from facezip.character.scans import check_names
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.glb import GlbFault
+from facezip.files.accessors import GlbFault
 from facezip.files.images import Texels, write_texture
 from facezip.files.writing import whole_folder
 from facezip.machine.cores import cores

@@ -16,7 +16,7 @@ from facezip.character.meshes import Meshes
 from facezip.character.neutrals import packed_neutral
 from facezip.character.scans import NEUTRAL, Character
 from facezip.character.tiles import tiles_of_faces
-from facezip.files.glb import GlbFault
+from facezip.files.accessors import GlbFault
 from facezip.files.images import Texels
 from facezip.pack.footprint import SLOTS_PER_LAYER
 from facezip.pack.geometry import head_bytes

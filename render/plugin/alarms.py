@@ -17,7 +17,7 @@ from scipy import stats
 from facezip.documents.document import Document
 from facezip.fit.methods import compress
 from facezip.machine.progress import track
-from render.documents import Versions
+from render.documents.conditions import Versions
 from render.llvm import start
 from render.paired import PairedRenderer
 from render.plugin.defects import injected_defects

@@ -1,16 +1,17 @@
 """The references of a folder: images, or digests of images that are kept elsewhere, as they are now or in a commit."""
 
 import hashlib
-import json
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Literal
 
+from facezip.documents.document import Document, to_json
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.documents import parsed
 from facezip.files.reading import reading
 from facezip.files.writing import write_whole
 from render.plugin import commit as git
@@ -19,8 +20,24 @@ from render.plugin.store import Store
 if TYPE_CHECKING:
     from render.plugin.reference import Reference
 
-POINTER_FORMAT = "facezip-pointer/1"
 _IMAGE, _POINTER = ".exr", ".exr.json"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PointerDocument(Document):
+    """What stands for a reference whose image is kept elsewhere.
+
+    Attributes
+    ----------
+    sha256 : of the image's file, under which it is kept.
+    size : bytes of that.
+    test : node id of the test that made it; empty where several share it.
+    """
+
+    format: Literal["facezip-pointer/1"] = "facezip-pointer/1"
+    sha256: str
+    size: int
+    test: str
 
 
 @dataclass(frozen=True)
@@ -60,7 +77,7 @@ class Baseline:
         """The sha256 of the image."""
         path = self.path(name)
         if path.name.endswith(_POINTER):
-            return str(self._pointer(path)["sha256"])
+            return self._pointer(path).sha256
         return hashlib.sha256(self._content(path)).hexdigest()
 
     def read(self, name: str) -> "Reference":
@@ -82,10 +99,12 @@ class Baseline:
 
         try:
             path = self.path(name)
-            told = self._pointer(path) if path.name.endswith(_POINTER) else read_conditions(path)
+            if path.name.endswith(_POINTER):
+                return self._pointer(path).test
+            told = read_conditions(path)
         except FaceZipError:
             return None
-        return told.get("test") if "facezip" in told or "sha256" in told else None
+        return told.get("test") if "facezip" in told else None
 
     def write(self, name: str, reference: "Reference", test: str) -> Path:
         """Keep a reference and which test made it; raises ``FaceZipError`` (``CANNOT_WRITE``)."""
@@ -96,8 +115,8 @@ class Baseline:
             write_whole(image, content)
             pointer.unlink(missing_ok=True)
             return image
-        told = {"format": POINTER_FORMAT, "sha256": self.store.put(content), "size": len(content), "test": test}
-        write_whole(pointer, (json.dumps(told, indent=1) + "\n").encode())
+        told = PointerDocument(sha256=self.store.put(content), size=len(content), test=test)
+        write_whole(pointer, f"{to_json(told)}\n".encode())
         image.unlink(missing_ok=True)
         return pointer
 
@@ -112,21 +131,17 @@ class Baseline:
         with reading(path):
             return path.read_bytes()
 
-    def _pointer(self, path: Path) -> dict[str, Any]:
-        try:
-            told = json.loads(self._content(path))
-            if told["format"] == POINTER_FORMAT and re.fullmatch("[0-9a-f]{64}", told["sha256"]):
-                return dict(told)
-        except (ValueError, KeyError, TypeError):
-            pass
-        reason = f"{path}: not a digest of format {POINTER_FORMAT}; generate the reference again"
-        raise FaceZipError(ErrorCode.UNREADABLE_IMAGE, reason)
+    def _pointer(self, path: Path) -> PointerDocument:
+        told = parsed(self._content(path), PointerDocument, path)
+        if not re.fullmatch("[0-9a-f]{64}", told.sha256):
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"{path}: 'sha256' is no digest; generate the reference again")
+        return told
 
     @contextmanager
     def _local(self, name: str) -> Iterator[Path]:
         path = self.path(name)
         if path.name.endswith(_POINTER):
-            digest = str(self._pointer(path)["sha256"])
+            digest = self._pointer(path).sha256
             if self.store is None:
                 reason = f"{path}: the image is kept elsewhere"
                 raise FaceZipError(ErrorCode.MISSING_FILE, f"{reason}; say where with --facezip-store")

@@ -1,17 +1,18 @@
 """The fixture ``facezip_image``: one call compares, or generates, one image."""
 
-import json
 import shlex
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import pytest
 
+from facezip.documents.document import to_json
 from facezip.errors import FaceZipError
 from render.plugin.baseline import Baseline
 from render.plugin.labels import VARIANT, accepted, is_label
 from render.plugin.names import file_stem
+from render.plugin.results import Result
 from render.plugin.selection import NODE_ID
 from render.plugin.settings import PROPERTY, Settings
 
@@ -108,7 +109,7 @@ class ImageCheck:
         try:
             self._check(call, baseline)
         except FaceZipError as error:
-            self._fail(call.told, f"{call.name}: {error}")
+            self._fail(self._passed(call), f"{call.name}: {error}")
 
     def _check(self, call: "Call", baseline: Baseline) -> None:
         __tracebackhide__ = True
@@ -122,9 +123,9 @@ class ImageCheck:
             return
         path = baseline.path(names[0] if names else call.stem)
         self.compared += 1
-        told = {**call.told, "reference": str(path), "level": call.level}
+        result = replace(self._passed(call), reference=str(path))
         if not names:
-            self._fail(told, f"{call.name}: no reference {path}{self._way_out(path, 'generate it')}")
+            self._fail(result, f"{call.name}: no reference {path}{self._way_out(path, 'generate it')}")
         from render.plugin.judging import judged
 
         replaces = mode == "failed" and not call.must_differ
@@ -139,24 +140,26 @@ class ImageCheck:
         if found.differs and replaces:
             self._generate(call, baseline, names, found)
         else:
-            self._conclude(call, {**told, **found.told}, found)
+            self._conclude(call, replace(result, reference=found.path), found)
 
-    def _conclude(self, call: "Call", result: dict[str, Any], found: "Judged") -> None:
+    def _conclude(self, call: "Call", result: Result, found: "Judged") -> None:
         __tracebackhide__ = True
         from render.plugin.words import described, described_agreement
 
-        failed = bool(found.mismatch) or found.differs != call.must_differ
+        compared = found.compared
+        failed = compared is None or found.differs != call.must_differ
         warned = not failed and not call.must_differ and found.probability < call.warn
-        result |= self._evidence(call, failed or warned, found)
+        result = replace(result, comparison=compared, evidence=self._evidence(call, failed or warned, found))
         if not failed:
-            self._note({**result, "outcome": "warned" if warned else "passed"})
+            self._note(replace(result, outcome="warned" if warned else "passed"))
             return
         if call.must_differ:
-            self._fail(result, f"{call.name}: {found.mismatch or described_agreement(result)}")
-        words = found.mismatch or described(result)
+            words = described_agreement(result, compared) if compared else found.mismatch
+            self._fail(result, f"{call.name}: {words}")
+        words = described(result, compared) if compared else found.mismatch
         # A reference that variants share stays for the others.
         label = VARIANT if call.shared and call.variant else ""
-        way_out = self._way_out(Path(result["reference"]), "if that is meant", label)
+        way_out = self._way_out(Path(found.path), "if that is meant", label)
         self._fail(result, f"{call.name}: {words}{way_out}")
 
     def _generate(self, call: "Call", baseline: Baseline, names: list[str], found: "Judged | None" = None) -> None:
@@ -166,20 +169,25 @@ class ImageCheck:
         self.generated.append(made.path)
         if call.shared:
             self.shared.add(made.path)
-        changed = {**made.before.told, **self._evidence(call, True, made.before)} if made.before else {}
-        told = {**call.told, "level": call.level, **changed, "reference": str(made.path), **made.told}
-        self._note({**told, "outcome": "generated"})
+        result = replace(self._passed(call), outcome="generated", reference=str(made.path), written=made.written)
+        if made.before:
+            evidence = self._evidence(call, True, made.before)
+            result = replace(result, comparison=made.before.compared, evidence=evidence)
+        self._note(result)
 
-    def _evidence(self, call: "Call", wanted: bool, found: "Judged") -> dict[str, str]:
+    def _passed(self, call: "Call") -> Result:
+        return call.result(self.test.stash[NODE_ID])
+
+    def _evidence(self, call: "Call", wanted: bool, found: "Judged") -> str | None:
         """The folder of the pictures; a summary shows those of tests that pass as well, otherwise old ones go."""
         from render.plugin.evidence import remove_evidence, write_evidence
 
         folder = self.settings.results / call.name
         if found.comparison is not None and (wanted or "html" in self.settings.summaries):
             write_evidence(folder, found.comparison, found.reference)
-            return {"evidence": str(folder)}
+            return str(folder)
         remove_evidence(folder)
-        return {}
+        return None
 
     def _way_out(self, path: Path, when: str, label: str = "") -> str:
         if self.settings.commit:
@@ -188,14 +196,16 @@ class ImageCheck:
         command += ["--facezip-as", label] if label else []
         return f"\n  {when}: {shlex.join(command)}"
 
-    def _fail(self, result: dict[str, Any], message: str) -> NoReturn:
+    def _fail(self, result: Result, message: str) -> NoReturn:
         __tracebackhide__ = True
-        self._note({**result, "outcome": "failed", "message": message})
+        self._note(replace(result, outcome="failed", message=message))
         pytest.fail(message, pytrace=False)
 
-    def _note(self, result: dict[str, Any]) -> None:
+    def _note(self, result: Result) -> None:
         # Properties travel with a test's report, from the workers of pytest-xdist too, and into JUnit's XML.
         properties = self.test.user_properties
-        properties.append((PROPERTY, json.dumps({"test": self.test.stash[NODE_ID], **result})))
-        shown = {"facezip_p": "probability", "facezip_evidence": "evidence"}
-        properties += [(f"{key}[{result['name']}]", result[of]) for key, of in shown.items() if of in result]
+        properties.append((PROPERTY, to_json(result, indent=None)))
+        if result.comparison:
+            properties.append((f"facezip_p[{result.name}]", result.comparison.probability))
+        if result.evidence:
+            properties.append((f"facezip_evidence[{result.name}]", result.evidence))

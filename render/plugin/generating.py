@@ -11,6 +11,7 @@ from render.plugin.ignoring import ignored_pixels
 from render.plugin.judging import Judged
 from render.plugin.labels import labelled
 from render.plugin.reference import Reference
+from render.plugin.results import Change, Written
 from render.plugin.sources import renders_of
 
 # References and tests never share a seed: their renders have to be independent.
@@ -24,13 +25,12 @@ class Made:
     Attributes
     ----------
     path : its file.
-    told : what a result says of it: ``renders``; ``change``: ``new``, ``added`` beside or instead of others that stay,
-        ``changed`` or ``same``; ``before`` and ``after``: the sha256 of the image, before only where there was one.
+    written : what a result says of it.
     before : the new image against the reference that was there, where it changed and can be compared.
     """
 
     path: Path
-    told: dict[str, Any]
+    written: Written
     before: Judged | None
 
 
@@ -61,11 +61,10 @@ def generate(call: Call, baseline: Baseline, names: list[str], label: str, test:
         found = _compared(call, baseline, was, renders)
     path = baseline.write(target, reference, "" if call.shared else test)
     after = baseline.digest(target)
-    change = "new" if was is None else "added" if was != target else "same" if before == after else "changed"
-    told = {"renders": reference.renders, "change": change, "after": after}
-    if before and change != "same":
-        told["before"] = before
-    return Made(path, told, found if change in ("added", "changed") else None)
+    change: Change = "new" if was is None else "added" if was != target else "same" if before == after else "changed"
+    shown = before if before and change != "same" else None
+    written = Written(change=change, renders=reference.renders, before=shown, after=after)
+    return Made(path, written, found if change in ("added", "changed") else None)
 
 
 def _digest(baseline: Baseline, name: str | None) -> str:

@@ -1,7 +1,6 @@
 """An image against every reference that is accepted: it agrees if it agrees with one."""
 
 from dataclasses import dataclass
-from typing import Any
 
 from numpy import float32
 from numpy.typing import NDArray
@@ -10,6 +9,7 @@ from render.plugin.baseline import Baseline
 from render.plugin.call import Call
 from render.plugin.ignoring import ignored_pixels
 from render.plugin.reference import Comparison, Reference
+from render.plugin.results import Compared
 from render.plugin.sources import renders_of
 from render.plugin.words import size, worst_place
 
@@ -48,15 +48,17 @@ class Judged:
         return self.probability < self.level
 
     @property
-    def told(self) -> dict[str, Any]:
-        """What a result says of it."""
-        told: dict[str, Any] = {"reference": self.path}
-        if self.accepted > 1:
-            told["accepted"] = self.accepted
+    def compared(self) -> Compared | None:
+        """What a result says of it; None where there is no comparison."""
         if self.comparison is None:
-            return told
-        told |= {"probability": self.probability, "statistic": self.comparison.statistic, "renders": self.renders}
-        return told | worst_place(self.comparison, self.reference)
+            return None
+        return Compared(
+            probability=self.probability,
+            statistic=self.comparison.statistic,
+            renders=self.renders,
+            accepted=self.accepted,
+            place=worst_place(self.comparison, self.reference),
+        )
 
 
 def judged(call: Call, baseline: Baseline, names: list[str]) -> Judged:

@@ -1,11 +1,11 @@
 """One run of pytest: its results, and what is wrong with it as a whole."""
 
-import json
 from dataclasses import dataclass, field
-from typing import Any
 
 import pytest
 
+from facezip.documents.document import from_json
+from render.plugin.results import Result, StaleReference
 from render.plugin.selection import Selection, is_partial
 from render.plugin.settings import PROPERTY, Settings
 
@@ -25,14 +25,15 @@ class Run:
 
     settings: Settings
     selection: Selection = field(default_factory=Selection)
-    results: list[dict[str, Any]] = field(default_factory=list)
-    stale: list[dict[str, str]] = field(default_factory=list)
+    results: list[Result] = field(default_factory=list)
+    stale: list[StaleReference] = field(default_factory=list)
     idle: int = 0
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Take what the fixture noted on a finished test."""
         if report.when == "call":
-            self.results += [json.loads(str(value)) for name, value in report.user_properties if name == PROPERTY]
+            noted = (str(value) for name, value in report.user_properties if name == PROPERTY)
+            self.results += [from_json(text, Result) for text in noted]
 
     def judge(self, session: pytest.Session) -> None:
         """Look for what no single test can tell, and fail the run for it."""

@@ -5,39 +5,35 @@ where the file is gone; or where the test passed and never came to it. A test th
 says nothing of its references, and neither does a file that this run did not read.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 from render.plugin.baseline import Baseline
 from render.plugin.labels import stem_of
+from render.plugin.results import Result, StaleReference
 from render.plugin.selection import Selection
 from render.plugin.settings import DEFAULT_BASELINE, Settings
 
 
 def stale_references(
-    selection: Selection, results: list[dict[str, Any]], settings: Settings, root: Path, whole: bool
-) -> list[dict[str, str]]:
+    selection: Selection, results: Sequence[Result], settings: Settings, root: Path, whole: bool
+) -> list[StaleReference]:
     """The stale ones of the folders that the tests of a run have their references in.
 
     Parameters
     ----------
     selection : what the run collected, and what of it passed.
-    results : of its images; each with ``reference``, the file, where it came so far.
+    results : of its images.
     settings : of the run.
     root : the folder that node ids start from.
     whole : whether all tests of the project ran: only then is anything said of references that tests share.
-
-    Returns
-    -------
-    ``reference``, the file, and ``test``, the node id of the test that made it, "" where several share it.
     """
     beside = {(root / file).parent / DEFAULT_BASELINE for file in selection.files}
     folders = {settings.baseline} if settings.baseline else beside
-    used = {_image_of(Path(result["reference"])) for result in results if "reference" in result}
+    used = {_image_of(Path(result.reference)) for result in results if result.reference}
     whole = whole and selection.asking <= selection.passed
     return [
-        {"reference": str(baseline.path(name)), "test": test}
+        StaleReference(reference=str(baseline.path(name)), test=test)
         for folder in sorted(folders)
         for baseline in [settings.baseline_in(folder)]
         for name, test in _unused(baseline, used)

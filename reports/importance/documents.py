@@ -7,7 +7,7 @@ from typing import Literal
 from facezip.character.facts import CharacterFacts
 from facezip.documents.document import Document
 from facezip.pack.errors import MapErrors
-from render.documents import Versions
+from render.documents.conditions import Versions
 from reports.findings import Finding
 
 

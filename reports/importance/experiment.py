@@ -17,7 +17,7 @@ from facezip.fit.settings import Settings
 from facezip.pack.errors import model_errors
 from facezip.pack.model import CompressedTextures
 from render.candidates import texels_of
-from render.documents import Versions
+from render.documents.conditions import Versions
 from render.effect import image_errors
 from render.importance import Look, Sight, face_means, regularised, seen_importance
 from render.llvm import start

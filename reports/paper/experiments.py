@@ -14,7 +14,7 @@ from facezip.fit.paper.certificate import certify
 from facezip.fit.paper.stitching import Stitching, search, unpermuted
 from facezip.pack.errors import mean_rmse
 from facezip.pack.footprint import Footprint
-from reports.paper.documents import ConvergenceFigure, ErrorFigure, TableRow
+from reports.paper.documents.figures import ConvergenceFigure, ErrorFigure, TableRow
 from reports.paper.published import EXPRESSIONS_IN_MEMORY
 from reports.paper.steps import Clock, Fragments, make_fragments, stored_errors
 

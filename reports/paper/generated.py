@@ -24,7 +24,8 @@ from facezip.rigging.originals import Originals
 from facezip.rigging.rigged import rigged
 from facezip.rigging.template import Template
 from facezip.rigging.weightmaps import Examples
-from reports.paper.documents import GeometryErrors, RigBench, RigIntervals, RigNumbers, ShapeErrors, ShapesFigure
+from reports.paper.documents.figures import ShapesFigure
+from reports.paper.documents.rig import GeometryErrors, RigBench, RigIntervals, RigNumbers, ShapeErrors
 from reports.paper.strips import strips
 from scenes.character import Person, make_character
 from scenes.face.shapes import ARKIT_SHAPES

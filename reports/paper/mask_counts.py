@@ -5,7 +5,7 @@ from facezip.errors import ErrorCode, FaceZipError
 from facezip.fit.paper.stitching import Stitching, search
 from facezip.machine.progress import track
 from facezip.pack.errors import mean_rmse
-from reports.paper.documents import Chosen, MaskCount, MasksFigure
+from reports.paper.documents.figures import Chosen, MaskCount, MasksFigure
 from reports.paper.experiments import WEIGHT_SCALE, Settings, Trial, stitch
 from reports.paper.steps import Fragments, make_fragments, stored_errors
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from reports.experiments import write_experiments
-from reports.paper.documents import PaperDocument
+from reports.paper.documents.paper import PaperDocument
 from reports.paper.findings import AGREES, BEYOND, DIFFERS
 from reports.paper.sections import sections
 

@@ -9,16 +9,8 @@ from facezip.character.scans import Character
 from facezip.documents.document import plain
 from facezip.machine.conditions import conditions
 from facezip.machine.progress import track
-from reports.paper.documents import (
-    MasksFigure,
-    PaperConditions,
-    PaperDocument,
-    PaperSeconds,
-    PublishedFacts,
-    PublishedRow,
-    ShapesFigure,
-    TableRow,
-)
+from reports.paper.documents.figures import MasksFigure, ShapesFigure, TableRow
+from reports.paper.documents.paper import PaperConditions, PaperDocument, PaperSeconds, PublishedFacts, PublishedRow
 from reports.paper.experiments import (
     WEIGHT_SCALE,
     Settings,

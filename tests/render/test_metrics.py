@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from render.documents import ImageMetrics
+from render.documents.images import ImageMetrics
 from render.metrics import Picture, compare, delta_e, display, flip_map, head_crop, image_rmse, ssim_map
 
 RNG = np.random.default_rng(0)

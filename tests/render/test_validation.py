@@ -11,7 +11,7 @@ from facezip.character.tiles import FIRST_TILE
 from facezip.documents.document import to_json
 from facezip.pack.errors import MapErrors
 from render import validation
-from render.documents import TextureFacts
+from render.documents.judged import TextureFacts
 from render.exr import read_exr
 from render.limits import Limit, Thresholds
 from render.settings import Settings

@@ -1,6 +1,6 @@
 import pytest
 
-from render.documents import ErrorPlace, ImageMetrics, PackRender, Render
+from render.documents.images import ErrorPlace, ImageMetrics, PackRender, Render
 from render.limits import Limit, Thresholds
 from render.verdict import verdict
 

@@ -6,6 +6,7 @@ import re
 import numpy as np
 
 from facezip.files.images import write_texture
+from render.plugin.results import Compared, ImagesDocument, Place, Result, StaleReference
 from reports.regression import PICTURES, write_regression_report
 from tests.reports.test_browser import POLICY, dom_of, pytestmark
 
@@ -34,14 +35,16 @@ def result(folder, name, outcome):
     (folder / name).mkdir()
     for value, picture in enumerate(PICTURES):
         write_texture(folder / name / f"{picture}.png", np.full((8, 8, 3), 60 * value, np.uint8))
-    numbers = {"probability": 0.1, "level": 0.001, "deviations": 1.0, "side": 1, "renders": 8}
-    return {"name": name, "test": f"t.py::{name}", "outcome": outcome, "evidence": str(folder / name), **numbers}
+    place = Place(row=0, column=0, side=1, image=0.5, reference=0.5, deviations=1.0)
+    compared = Compared(probability=0.1, statistic="largest_1", renders=8, accepted=1, place=place)
+    told = {"must_differ": False, "level": 0.001, "comparison": compared, "evidence": str(folder / name)}
+    return Result(name=name, test=f"t.py::{name}", outcome=outcome, **told)
 
 
 def test_images_are_filtered_and_wiped(tmp_path):
     results = [result(tmp_path, name, outcome) for name, outcome in
                (("skin.a", "passed"), ("skin.b", "failed"), ("eye", "passed"))]  # fmt: skip
-    document = {"format": "f", "results": results, "stale": [{"reference": "<b>x", "test": ""}], "idle": 0}
+    document = ImagesDocument(results=results, stale=[StaleReference(reference="<b>x", test="")], idle=0)
     page = write_regression_report(document, tmp_path / "index.html")
     text = page.read_text(encoding="utf-8")
     assert "&lt;b&gt;x" in text

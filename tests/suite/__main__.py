@@ -10,11 +10,15 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import click
 from scipy import stats
+
+from facezip.files.documents import read_document
+from render.plugin.results import ImagesDocument, Result
 
 PROJECT = Path(__file__).parent / "project"
 DEFECTS = {
@@ -39,14 +43,14 @@ def measure(trials: int, defect_trials: int, defects: dict[str, str]) -> dict:
         equal = _pytest(project, "", trials)
         found = {defect: _pytest(project, defect, defect_trials, f"test_{of}.py") for defect, of in defects.items()}
     return {
-        "equal": {name: _rate([one for one in equal if one["name"].startswith(f"test_{name}.")]) for name in FILES},
+        "equal": {name: _rate([one for one in equal if one.name.startswith(f"test_{name}.")]) for name in FILES},
         "all": _rate(equal),
-        "least": min(one["probability"] for one in equal),
+        "least": min(one.comparison.probability for one in equal if one.comparison),
         "defects": {defect: {"of": defects[defect], **_rate(results)} for defect, results in found.items()},
     }
 
 
-def _pytest(project: Path, defect: str, trials: int, *arguments: str) -> list[dict]:
+def _pytest(project: Path, defect: str, trials: int, *arguments: str) -> Sequence[Result]:
     """The results of a run, of which all tests have to have come to an end."""
     flags = ("-q", "-p", "no:cacheprovider", "--facezip-results=out", "--facezip-summary=json", "--facezip-allow-stale")
     environment = {**os.environ, "DEFECT": defect, "TRIALS": str(trials), "PYTHONWARNINGS": "ignore"}
@@ -54,7 +58,7 @@ def _pytest(project: Path, defect: str, trials: int, *arguments: str) -> list[di
     done = subprocess.run(command, cwd=project, env=environment, capture_output=True, text=True, check=False)
     if done.returncode not in (0, 1):
         raise SystemExit(done.stdout + done.stderr)
-    results = json.loads((project / "out" / "results.json").read_text())["results"]
+    results = read_document(project / "out" / "results.json", ImagesDocument).results
     shutil.rmtree(project / "out")
     files = 1 if defect else len(FILES)
     if len(results) != files * trials:
@@ -62,8 +66,8 @@ def _pytest(project: Path, defect: str, trials: int, *arguments: str) -> list[di
     return results
 
 
-def _rate(results: list[dict]) -> dict:
-    count = sum(one["outcome"] == "failed" for one in results)
+def _rate(results: Sequence[Result]) -> dict:
+    count = sum(one.outcome == "failed" for one in results)
     interval = stats.binomtest(count, len(results)).proportion_ci(0.95, method="exact")
     return {"trials": len(results), "failed": count, "interval": [float(interval.low), float(interval.high)]}
 

@@ -9,7 +9,7 @@ import click
 from facezip.commands import options
 from facezip.commands.bench.poses import BenchConditions, make_poses, shot_options, stated
 from facezip.documents.document import Document
-from render.documents import RenderBench
+from render.documents.bench import RenderBench
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,7 @@ from facezip.commands import options
 from facezip.machine.conditions import conditions
 
 if TYPE_CHECKING:
-    from reports.paper.documents import MethodErrors, RigBenchDocument
+    from reports.paper.documents.rig import MethodErrors, RigBenchDocument
 
 LIBRARIES = ("facezip", "numpy", "numba", "OpenImageIO", "scipy")
 
@@ -33,7 +33,7 @@ def command(resolution: int, seed: int, template_seed: int, seeds: int, as_json:
     paper's method and ours, with the nuisances of a capture and without. Ours cleans the scans first, as --clean all
     does. With several seeds: means over persons, with 95 % intervals.
     """
-    from reports.paper.documents import RigBenchConditions, RigBenchDocument
+    from reports.paper.documents.rig import RigBenchConditions, RigBenchDocument
     from reports.paper.generated import bench_rig
 
     found = bench_rig(resolution, seed, template_seed, seeds)

@@ -10,6 +10,7 @@ from facezip.fit.documents import CompressDocument
 from facezip.pack.errors import MapErrors
 from facezip.pack.manifest import FILE_NAME
 from facezip.pack.write import write_pack
+from tests.documents.checked import check
 from tests.facezip.conftest import random_model
 from tests.facezip.surfaces import random_surface
 
@@ -102,6 +103,18 @@ def test_a_spoilt_record_is_none(pack, anna, content):
     pack.with_name("anna.facezip.json").write_bytes(content)
     assert finished.find(pack, "d") is None
     assert finished.earlier(pack.parent, ()) == {}
+
+
+def test_a_record_is_as_published_and_those_before_said_no_format(pack, anna):
+    finish(pack, anna)
+    path = pack.with_name("anna.facezip.json")
+    record = json.loads(path.read_text())
+    assert check(record) == "record"
+    del record["format"]
+    path.write_text(json.dumps(record))
+    assert finished.find(pack, "d") is not None
+    path.write_text(json.dumps({**record, "format": "facezip-record/2"}))
+    assert finished.find(pack, "d") is None
 
 
 def test_packs_of_several_maps_are_found_again(pack, anna):

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from facezip.character.gltf_read import load_gltf
-from facezip.files.glb import Glb, GlbBuilder
+from facezip.files.glb import Glb
+from facezip.files.glb_builder import GlbBuilder
 from facezip.files.images import png
 from tests.facezip.conftest import random_character, with_albedo
 

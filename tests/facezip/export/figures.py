@@ -11,10 +11,9 @@ from pathlib import Path
 
 from facezip.blocks.codecs import bc4, bc5, bc7, raw
 from facezip.character.loading import load_character
-from facezip.documents.document import plain
 from facezip.export.joining import CHANNELS
 from facezip.export.levels import averaged_levels, fitted_levels
-from facezip.export.measured import codec_errors, measure_of
+from facezip.export.measured import codec_errors
 from facezip.export.mips import Pyramid, targets
 from facezip.export.source import APART, TOGETHER, read_source
 from facezip.pack.errors import model_errors
@@ -30,7 +29,7 @@ WAYS = {
 
 def main(character, pack):
     scans, model = load_character(character), read_pack(pack)
-    print("pack:", words(scans, model_errors(scans, model)))
+    print("pack:", words(means(scans, model)))
     for way, (maps, codecs) in WAYS.items():
         parts, size, fetches, added, afterwards = {}, 0, 0, {}, {}
         for tile in read_source(Path(pack), maps).tiles:
@@ -38,15 +37,15 @@ def main(character, pack):
             for sheet in tile.sheets:
                 part, levels, errors = coded(sheet, codecs[sheet.channels])
                 size += sum(len(stored) for level in levels for stored in level.stored.values())
-                added |= errors[0]
-                afterwards |= errors[1]
+                for found, those in zip((added, afterwards), errors, strict=True):
+                    found |= {name: error.mean for name, error in those.items()}
                 for kind, at in sheet.maps:
                     own = Part(part.neutral[..., at], part.differences[..., at])
                     parts[kind.name, tile.layout.number] = own
         print(f"{way}: {fetches} fetches, {size / 1e6:.2f} MB")
-        print("  coded afterwards adds:", words(scans, afterwards))
-        print("  as written adds:      ", words(scans, added))
-        print("  to the originals:     ", words(scans, model_errors(scans, replace(model, parts=parts))))
+        print("  coded afterwards adds:", words(afterwards))
+        print("  as written adds:      ", words(added))
+        print("  to the originals:     ", words(means(scans, replace(model, parts=parts))))
 
 
 def coded(sheet, codec):
@@ -59,9 +58,16 @@ def coded(sheet, codec):
     return levels[0].part, levels, errors
 
 
-def words(scans, errors):
-    numbers = plain(errors)
-    return ", ".join(f"{kind.name} {numbers[kind.name][measure_of(kind)]:.3f}" for kind in scans.maps)
+def means(scans, model):
+    """The error of each map over expressions: of normals degrees, else parts of 255."""
+    errors = model_errors(scans, model)
+    return {
+        kind.name: errors[kind.name].angular_error if kind.is_normal else errors[kind.name].rmse for kind in scans.maps
+    }
+
+
+def words(errors):
+    return ", ".join(f"{name} {error:.3f}" for name, error in errors.items())
 
 
 if __name__ == "__main__":

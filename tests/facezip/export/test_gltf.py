@@ -8,7 +8,8 @@ import pytest
 
 from facezip.character.gltf import split, vertex_normals
 from facezip.export import TARGETS
-from facezip.files.glb import Glb, GlbBuilder
+from facezip.files.glb import Glb
+from facezip.files.glb_builder import GlbBuilder
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import grid_topology, random_model
@@ -61,9 +62,9 @@ def test_uastc_is_valid_and_three_s_transcoder_sees_what_was_measured(tmp_path, 
     assert [(facts["format"], facts["model"], len(facts["levels"])) for facts in read] == [(0, 166, 5)] * 5
     assert [facts["transfer"] for facts in read] == [2, 1, 1, 1, 1]
     neutral, *maps = [np.frombuffer(base64.b64decode(facts["texels"][0]), np.uint8) for facts in read]
-    entries = [document["textures"][f"difference_{i}"] for i in range(4)]
+    entries = [document.textures[f"difference_{i}"] for i in range(4)]
     maps = [
-        (texels.reshape(16, 16, 4)[..., :3] / 255 - entry["zero"]) * entry["scale"]
+        (texels.reshape(16, 16, 4)[..., :3] / 255 - entry.zero) * entry.scale
         for texels, entry in zip(maps, entries, strict=True)
     ]
     neutral = neutral.reshape(16, 16, 4)[..., :3].astype(np.float32) / 255
@@ -71,8 +72,8 @@ def test_uastc_is_valid_and_three_s_transcoder_sees_what_was_measured(tmp_path, 
     shown = with_part(pack, neutral, np.stack(maps).astype(np.float32))
     gaps = [shown.reconstruct(name) - pack.reconstruct(name) for name in pack.expressions]
     rmse = np.mean([255 * np.sqrt(np.square(gap).mean()) for gap in gaps])
-    assert document["codec"]["name"] == "uastc"
-    assert document["codec"]["rmse"] == pytest.approx(rmse, rel=1e-3)
+    assert document.codec.name == "uastc"
+    assert document.codec.rmse == pytest.approx(rmse, rel=1e-3)
 
 
 @pytest.mark.parametrize("through", ["as written", "on a joint", "glTF-Transform"])

@@ -23,6 +23,7 @@ from facezip.machine import memory
 from facezip.pack.masked import MaskedWeights
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
+from tests.documents.checked import check
 from tests.facezip.conftest import masked, random_model
 from tests.facezip.export.conftest import KINDS, files_of, grey, layered_model, smooth_model
 from tests.facezip.export.layers import MetaHuman, O3de, encoded, image, linear
@@ -113,7 +114,7 @@ def test_a_layer_is_not_the_neutral_and_its_difference(change, tmp_path):
     wanted = read_pack(tmp_path / "me.facezip").reconstruct("expr_0")
     neutral, layer = linear(read_pack(tmp_path / "me.facezip").parts["albedo", 1001].neutral), linear(0.5 + change)
     plain = 255 * np.abs(encoded(neutral + activation_of(0.4) * (layer - neutral)) - wanted)
-    assert document["maps"]["albedo"]["rmse"] <= STEP / 2
+    assert document.maps["albedo"].rmse <= STEP / 2
     assert plain.min() > 4 * STEP
 
 
@@ -140,6 +141,7 @@ def test_curves_are_named_after_the_masks_and_drive_the_layers_that_masks_toml_s
         for name, layers in LAYERS.items()
         for layer in layers
     }
+    assert check(document) == "curves"
     assert document["curves"] == driven
     stated = json.loads((folder / "facezip.json").read_text(encoding="utf-8"))
     assert stated["curves"].keys() == driven.keys()
@@ -237,7 +239,7 @@ def test_a_person_reads_what_mixing_adds_and_what_stays_behind(tmp_path):
 
 def test_masks_of_other_names_are_exported_and_said(tmp_path):
     document = export(clamped(names=("brow", "head_wm1_jawOpen")), tmp_path, "metahuman")
-    (note,) = document["notes"]
+    (note,) = document.notes
     assert note.startswith("1 masks are not named as those of a MetaHuman (head_wm1_…), such as 'brow'")
 
 
@@ -247,11 +249,11 @@ def test_values_that_images_cannot_hold_are_counted(tmp_path):
     part = model.parts["albedo", 1001]
     far = replace(part, neutral=np.full_like(part.neutral, 0.5), differences=np.full_like(part.differences, -2.0))
     document = export(replace(model, parts={("albedo", 1001): far}), tmp_path, "metahuman")
-    assert document["maps"]["albedo"]["beyond"] == 1
+    assert document.maps["albedo"].beyond == 1
     assert (image(tmp_path / "out" / "head_cm1_color_map.png") == 0).all()
     near = replace(far, differences=np.full_like(part.differences, -0.2))
     again = export(replace(model, parts={("albedo", 1001): near}), tmp_path, "metahuman", overwrite=True)
-    assert again["maps"]["albedo"]["beyond"] == 0
+    assert again.maps["albedo"].beyond == 0
 
 
 def clamped(names, slots=1, activation=1.0):
@@ -323,7 +325,7 @@ def test_o3de_takes_grey_skin_and_uniform_weights(make, tmp_path):
     document = export(make(), tmp_path, "o3de")
     engine = O3de(tmp_path / "out")
     wanted = read_pack(tmp_path / "me.facezip").reconstruct("expr_1")
-    found = document["maps"]["albedo"]["rmse_per_expression"]["expr_1"]
+    found = document.maps["albedo"].rmse_per_expression["expr_1"]
     assert rmse(255 * (engine.albedo({"expr_1": 1.0}) - wanted)) == pytest.approx(found, rel=1e-3)
 
 

@@ -141,15 +141,15 @@ def test_blocks_keep_normals_alone_where_that_takes_no_fetch_more(tmp_path):
         files = {file.name for file in (folder / "out").glob("*.dds")}
         names = ("neutral", *(f"difference_{i}" for i in range(4)))
         assert files == {f"{sheet}{name}.dds" for sheet in sheets for name in names}
-        assert document["maps"]["normal"]["codec"]["name"] == ("bc5" if kinds is KINDS else "bc7")
+        assert document.maps["normal"].codec.name == ("bc5" if kinds is KINDS else "bc7")
         plain = TARGETS["godot"](pack, folder / "png")
-        assert len(plain["textures"]) == len(document["textures"])
+        assert len(plain.textures) == len(document.textures)
 
 
 def test_apart_every_map_has_textures_of_its_own(pack, tmp_path):
-    document = TARGETS["godot"](pack, tmp_path / "out", maps="apart")["tiles"]["1002"]
+    document = TARGETS["godot"](pack, tmp_path / "out", maps="apart").tiles["1002"]
     folder, model, blend = tmp_path / "out" / "1002", read_pack(pack), {"expr_0": 0.7, "expr_2": 0.4}
-    textures = [{place["neutral"], *place["differences"]} for place in document["maps"].values()]
+    textures = [{place.neutral, *place.differences} for place in document.maps.values()]
     assert len(set.union(*textures)) == sum(map(len, textures)) == 5 * len(KINDS)
     for kind in model.maps:
         seen = straightforward(folder, blend, kind, reader(folder))
@@ -189,11 +189,11 @@ def test_others_see_blends_as_far_from_the_pack_as_is_stated(smooth, maps, tmp_p
         seen = straightforward(tmp_path / "out", {name: 1.0}, kind, reader(tmp_path / "out"))
         np.testing.assert_allclose(as_exported(model, tmp_path / "out").reconstruct(name, kind.name), seen, atol=1e-5)
         wanted = model.blend({name: 1.0}, kind.name)
-        codec = document["maps"][kind.name]["codec"]
+        codec = document.maps[kind.name].codec
         if kind.is_normal:
-            error, stated = angles(seen.astype(np.float32), wanted).mean(), codec["angular_error_per_expression"][name]
+            error, stated = angles(seen.astype(np.float32), wanted).mean(), codec.angular_error_per_expression[name]
         else:
-            error, stated = 255 * np.sqrt(np.square(seen - wanted).mean()), codec["rmse_per_expression"][name]
+            error, stated = 255 * np.sqrt(np.square(seen - wanted).mean()), codec.rmse_per_expression[name]
         assert error == pytest.approx(stated, rel=1e-3)
         assert error < 4
 
@@ -226,12 +226,12 @@ def test_levels_that_are_fitted_are_nearer_for_every_map(smooth):
     rows = mip_errors(sheet, part, pyramid, plain, fitted=fitted, averaged=averaged)
     assert [len(of_map) for of_map in rows.values()] == [4, 4]
     # Channels of one block pay for each other; together they gain at every level.
-    gains = [[row["fitted"] / row["averaged"] for row in levels] for levels in zip(*rows.values(), strict=True)]
+    gains = [[row.fitted / row.averaged for row in levels] for levels in zip(*rows.values(), strict=True)]
     assert max(np.mean(gains, axis=1)) < 1, gains
     assert np.mean(gains) < 0.9, gains
     exact = codec_errors(sheet, part, pyramid, plain[0].part)
-    assert exact["normal"]["angular_error"] < 1e-3
-    assert exact["roughness"]["rmse"] < 1e-3
+    assert exact["normal"].mean < 1e-3
+    assert exact["roughness"].mean < 1e-3
 
 
 def test_the_glb_has_a_material_for_each_tile(pack, exported, node):

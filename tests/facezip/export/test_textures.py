@@ -88,7 +88,7 @@ def apart(tmp_path_factory):
 @pytest.mark.parametrize(("name", "codec"), [("normal", bc5()), ("roughness", bc4())], ids=["bc5", "bc4"])
 def test_openimageio_decodes_channels_that_are_not_shared_to_what_was_measured(apart, tmp_path, name, codec):
     document = TARGETS["godot"](apart, tmp_path / "out", textures="dds", maps="apart")
-    assert document["maps"][name]["codec"]["name"] == codec.name
+    assert document.maps[name].codec.name == codec.name
     (tile,) = read_source(apart, "apart").tiles
     sheet, _ = tile.sheet_of(name)
     fitted = code(sheet, codec)[3]
@@ -193,11 +193,11 @@ def test_the_background_of_a_pack_is_replaced_before_anything_is_coded(tmp_path)
 def test_maps_fitted_to_the_codec_lose_less_than_maps_coded_one_by_one(sheet, coded):
     part, pyramid, plain, fitted = coded
     averaged = list(averaged_levels(sheet, part, pyramid, bc7()))
-    together, alone = (codec_errors(sheet, part, pyramid, one[0].part)["albedo"]["rmse"] for one in (fitted, averaged))
+    together, alone = (codec_errors(sheet, part, pyramid, one[0].part)["albedo"].mean for one in (fitted, averaged))
     assert 0 < together < 0.95 * alone
     for row in mip_errors(sheet, part, pyramid, plain, averaged=averaged, fitted=fitted)["albedo"][1:]:
-        assert row["fitted"] < row["averaged"]
-        assert row["product_gap"] > 0
+        assert row.fitted < row.averaged
+        assert row.product_gap > 0
 
 
 @pytest.mark.parametrize(("name", "codec"), [("normal", bc5()), ("roughness", bc4())], ids=["bc5", "bc4"])
@@ -207,7 +207,7 @@ def test_every_codec_s_levels_are_nearer_where_they_are_fitted(apart, name, code
     part, pyramid, plain, fitted = code(sheet, codec)
     averaged = list(averaged_levels(sheet, part, pyramid, codec))
     for row in mip_errors(sheet, part, pyramid, plain, averaged=averaged, fitted=fitted)[name]:
-        assert row["fitted"] < 0.95 * row["averaged"]
+        assert row.fitted < 0.95 * row.averaged
 
 
 def test_the_stated_error_is_that_of_the_stored_blocks(sheet, coded):
@@ -219,7 +219,7 @@ def test_the_stated_error_is_that_of_the_stored_blocks(sheet, coded):
     shown = replace(part, neutral=neutral, differences=values)
     gap = blend(shown, sheet.weights[1]) - blend(part, sheet.weights[1])
     name = sheet.expressions[1]
-    assert stated["rmse_per_expression"][name] == pytest.approx(255 * np.sqrt(np.square(gap).mean()), rel=1e-4)
+    assert stated.per_expression[name] == pytest.approx(255 * np.sqrt(np.square(gap).mean()), rel=1e-4)
 
 
 def test_without_a_codec_the_finest_level_is_the_pack(pack, sheet):
@@ -278,13 +278,13 @@ def test_unity_s_blocks_lie_behind_a_dds_header_of_148_bytes(pack, tmp_path):
 def test_weight_maps_that_are_made_of_masks_are_written_within_half_a_step(tmp_path):
     write_pack(masked(smooth_model(slots=5)), tmp_path / "me.facezip")
     (tile,) = read_source(tmp_path / "me.facezip", expanded=True).tiles
-    document = write_maps(tile, tmp_path, PNG)["textures"]
+    document = write_maps(tile, tmp_path, PNG).textures
     model = read_pack(tmp_path / "me.facezip")
     for layer, slots in (("weights_0", slice(0, 4)), ("weights_1", slice(4, 5))):
         entry = document[layer]
-        (h, w), columns, image = entry["size"], entry["columns"], read_texture_exactly(tmp_path / entry["file"])
+        (h, w), columns, image = entry.size, entry.columns, read_texture_exactly(tmp_path / entry.file)
         for n in range(len(model.expressions)):
             y, x = h * (n // columns), w * (n % columns)
             texels = image[y : y + h, x : x + w, : slots.stop - slots.start]
-            values = texels / 255 * entry["scale"] + entry["offset"]
-            assert np.abs(values - model.weights[1001][n, ..., slots]).max() <= 0.501 * max(entry["scale"]) / 255
+            values = texels / 255 * entry.scale + entry.offset
+            assert np.abs(values - model.weights[1001][n, ..., slots]).max() <= 0.501 * max(entry.scale) / 255

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from facezip.files.glb import COMPONENTS, VERTICES, Glb, GlbBuilder
+from facezip.files.accessors import COMPONENTS
+from facezip.files.glb import Glb
+from facezip.files.glb_builder import VERTICES, GlbBuilder
 
 
 @pytest.mark.parametrize("kind", COMPONENTS.values())

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given, settings
 
 from facezip.character.scans import MAX_EXPRESSIONS
-from facezip.files.glb import Glb, GlbFault
+from facezip.files.accessors import GlbFault
+from facezip.files.glb import Glb
 from facezip.files.obj import Topology
 from facezip.names import MAX_BYTES
 from facezip.pack.geometry import SEAM, TOLERANCE, V_UP, head_bytes, read_head

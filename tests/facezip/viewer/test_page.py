@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from facezip import FaceZipError
-from facezip.export.documents import WebDocument
+from facezip.export.documents.export import WebDocument
 from facezip.export.web import export_web
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_model

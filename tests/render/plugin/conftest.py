@@ -1,5 +1,11 @@
+import json
+
 import numpy as np
 import pytest
+
+from facezip.files.documents import read_document
+from render.plugin.results import ImagesDocument
+from tests.documents.checked import check
 
 SIDE = 32
 
@@ -34,6 +40,13 @@ def reference():
     from render.plugin.reference import Reference
 
     return Reference.of(renders(range(32)))
+
+
+def images_in(folder):
+    """What a run left in its results, as published."""
+    path = folder / "results.json"
+    assert check(json.loads(path.read_bytes())) == "images"
+    return read_document(path, ImagesDocument)
 
 
 HEAD = """

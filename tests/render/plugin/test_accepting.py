@@ -1,6 +1,5 @@
 """What a test may say of how its image is compared: regions, several references, warnings, images that must differ."""
 
-import json
 import sys
 
 import numpy as np
@@ -11,7 +10,7 @@ from facezip.files.images import write_texture
 from render.plugin.ignoring import ignored_pixels
 from render.plugin.labels import accepted, labelled
 from render.plugin.reference import Reference
-from tests.render.plugin.conftest import BRIGHTER, EQUAL, SIDE, STEM, renders
+from tests.render.plugin.conftest import BRIGHTER, EQUAL, SIDE, STEM, images_in, renders
 
 CLOCK = """
 def test_box(facezip_image):
@@ -178,8 +177,8 @@ def test_what_is_unlikely_is_listed_and_passes(generated, pytester):
     result = generated(BRIGHTER, *flags, "--facezip-warn", "0.01")
     result.assert_outcomes(passed=1)
     result.stdout.fnmatch_lines(["*1 images pass and are less likely than*", f"*{STEM}: p = *"])
-    (told,) = json.loads((pytester.path / "facezip-results" / "results.json").read_text())["results"]
-    assert told["outcome"] == "warned"
+    (told,) = images_in(pytester.path / "facezip-results").results
+    assert told.outcome == "warned"
     generated(BRIGHTER, *flags).stdout.no_fnmatch_line("*less likely*")
 
 

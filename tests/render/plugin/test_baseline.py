@@ -11,6 +11,7 @@ from facezip.errors import ErrorCode, FaceZipError
 from render.plugin.baseline import Baseline
 from render.plugin.reference import Reference
 from render.plugin.store import Store
+from tests.documents.checked import check
 from tests.render.plugin.conftest import BRIGHTER, EQUAL, STEM, renders
 
 CONTENT = b"the bytes of a reference"
@@ -98,12 +99,22 @@ def test_a_folder_holds_the_digest_or_the_image_never_both(tmp_path, small):
         here.read("a")
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": "facezip-pointer/1", "sha256": "../../etc"}'])
-def test_what_is_no_digest_is_one_line(tmp_path, text):
-    (tmp_path / "a.exr.json").write_text(text)
-    with pytest.raises(FaceZipError, match=r"a\.exr\.json: not a digest") as caught:
+POINTER = {"format": "facezip-pointer/1", "sha256": DIGEST, "size": 1, "test": ""}
+
+
+@pytest.mark.parametrize("change", [{"sha256": "../../etc"}, {"sha256": DIGEST.upper()}, {"size": "1"}, {"test": None}])
+def test_what_is_no_digest_is_one_line(tmp_path, change):
+    (tmp_path / "a.exr.json").write_text(json.dumps(POINTER | change))
+    with pytest.raises(FaceZipError, match=rf"a\.exr\.json: .*{next(iter(change))}") as caught:
         Baseline(tmp_path, Store(str(tmp_path))).read("a")
-    assert caught.value.code is ErrorCode.UNREADABLE_IMAGE
+    assert caught.value.code is ErrorCode.BAD_VALUE
+
+
+def test_a_digest_of_another_version_is_refused(tmp_path):
+    (tmp_path / "a.exr.json").write_text(json.dumps(POINTER | {"format": "facezip-pointer/2"}))
+    with pytest.raises(FaceZipError, match="facezip-pointer/2.*update facezip") as caught:
+        Baseline(tmp_path, Store(str(tmp_path))).read("a")
+    assert caught.value.code is ErrorCode.OTHER_FORMAT
 
 
 def test_a_suite_with_its_images_elsewhere(project, pytester):
@@ -111,6 +122,7 @@ def test_a_suite_with_its_images_elsewhere(project, pytester):
     project(EQUAL, "--facezip-generate=all").assert_outcomes(skipped=1)
     (pointer,) = (pytester.path / "baseline").iterdir()
     told = json.loads(pointer.read_text())
+    assert check(told) == "pointer"
     assert (pointer.name, told["test"]) == (f"{STEM}.exr.json", "test_it.py::test_box")
     assert (pytester.path.parent / "store" / told["sha256"][:2] / f"{told['sha256']}.exr").is_file()
     assert project(EQUAL).ret == pytest.ExitCode.OK

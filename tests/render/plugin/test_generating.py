@@ -1,11 +1,9 @@
 """Which references a run writes, and what it says of those that it changes."""
 
-import json
-
 import pytest
 
 from render.plugin.reference import Reference
-from tests.render.plugin.conftest import BRIGHTER, EQUAL, STEM
+from tests.render.plugin.conftest import BRIGHTER, EQUAL, STEM, images_in
 
 OTHER = "def test_new(facezip_image):\n    facezip_image(render)\n"
 
@@ -45,10 +43,10 @@ def test_a_change_is_listed_with_before_and_after(generated, pytester, mode):
     result.stdout.fnmatch_lines(
         [f"*{STEM}: changed, sha256 * before, * after", "*p = *; most in * before, * after", "*reference is before*"]
     )
-    (told,) = json.loads((pytester.path / "facezip-results" / "results.json").read_text())["results"]
-    assert (told["outcome"], told["change"]) == ("generated", "changed")
-    assert told["before"] != told["after"]
-    assert told["probability"] < 0.001
+    (told,) = images_in(pytester.path / "facezip-results").results
+    assert (told.outcome, told.written.change) == ("generated", "changed")
+    assert told.written.before != told.written.after
+    assert told.comparison.probability < 0.001
     from render.exr import read_exr
 
     shown = read_exr(pytester.path / "facezip-results" / STEM / "reference.exr")["reference"]

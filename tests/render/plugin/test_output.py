@@ -1,20 +1,29 @@
 """What a run leaves where people look: Markdown, JUnit's XML, a page."""
 
 import re
+from dataclasses import replace
 from xml.etree import ElementTree
 
+from render.plugin.results import Compared, ImagesDocument, Place, Result, StaleReference, Written
 from reports.comment import MOST_ROWS, comment
+from reports.regression import write_regression_report
 from tests.render.plugin.conftest import BRIGHTER, STEM
+
+WORST = Place(row=1, column=2, side=4, image=0.5, reference=0.25, deviations=9.0)
+COMPARED = Compared(probability=1e-9, statistic="largest_4", renders=8, accepted=1, place=WORST)
 
 
 def failed(name="a", **more):
-    worst = {"row": 1, "column": 2, "side": 4, "image": 0.5, "reference_image": 0.25, "deviations": 9.0}
-    told = {"name": name, "test": f"t.py::{name}", "outcome": "failed", "message": f"{name}: differs"}
-    return {**told, "probability": 1e-9, "level": 0.001, "reference": "b/a.exr", **worst, **more}
+    told = {"must_differ": False, "outcome": "failed", "level": 0.001, "message": f"{name}: differs"}
+    told |= {"reference": "b/a.exr", "comparison": COMPARED}
+    return Result(**{**told, "name": name, "test": f"t.py::{name}", **more})
 
 
 def document(*results, stale=(), idle=0):
-    return {"format": "f", "results": [*results], "stale": [*stale], "idle": idle}
+    return ImagesDocument(results=results, stale=stale, idle=idle)
+
+
+MISSING = failed("m", comparison=None, message="m: no reference b/m.exr\n  generate it")
 
 
 def test_a_run_leaves_markdown_and_properties(generated, pytester):
@@ -32,9 +41,11 @@ def test_a_run_leaves_markdown_and_properties(generated, pytester):
 
 
 def test_everything_that_is_wrong_is_told():
-    change = {"change": "changed", "before": "0" * 64, "after": "1" * 64}
-    generated = failed("c", outcome="generated", **change)
-    stale = [{"reference": "b/gone.exr", "test": "t.py::gone"}, {"reference": "b/shared.exr", "test": ""}]
+    written = Written(change="changed", renders=32, before="0" * 64, after="1" * 64)
+    generated = failed("c", outcome="generated", written=written)
+    stale = [
+        StaleReference(reference="b/gone.exr", test="t.py::gone"), StaleReference(reference="b/shared.exr", test="")
+    ]  # fmt: skip
     text = comment(document(failed(), failed("w", outcome="warned"), generated, stale=stale, idle=0))
     for words in ("**Failed**", "**Warned**", "`w`", "000000000000` 0.25", "111111111111` 0.5", "`b/gone.exr`"):
         assert words in text
@@ -42,8 +53,8 @@ def test_everything_that_is_wrong_is_told():
 
 
 def test_a_missing_reference_and_an_image_that_must_differ_are_told():
-    missing = {"name": "m", "test": "t", "outcome": "failed", "message": "m: no reference b/m.exr\n  generate it"}
-    text = comment(document(missing, failed(must_differ=True, probability=0.5)))
+    agreeing = failed(must_differ=True, comparison=replace(COMPARED, probability=0.5))
+    text = comment(document(MISSING, agreeing))
     assert "2 of 2 failed" in text
     assert "no reference b/m.exr" in text
     assert "agrees, though it must differ" in text
@@ -60,3 +71,12 @@ def test_a_comment_stays_short():
     assert len(text) < 65_000
     assert text.count("| `image-") == MOST_ROWS
     assert f"and {400 - MOST_ROWS} more" in text
+
+
+def test_the_page_says_the_renders_of_a_new_reference_and_else_those_of_the_image(tmp_path):
+    written = Written(change="new", renders=32, after="1" * 64)
+    made = failed("c", outcome="generated", comparison=None, message=None, written=written)
+    page = write_regression_report(document(MISSING, failed(), made), tmp_path / "index.html").read_text("utf-8")
+    rows = re.findall(r"<tr.*?</tr>", page, re.DOTALL)
+    shown = [re.findall(r">\s*(\d+|–)\s*<", row)[-1] for row in rows if "t.py::" in row]
+    assert shown == ["8", "–", "32"]

@@ -1,6 +1,5 @@
 """The plugin as the tests of another repository use it."""
 
-import json
 import re
 
 import numpy as np
@@ -9,7 +8,7 @@ import pytest
 from facezip.files.images import read_texture
 from render.exr import read_exr
 from render.plugin.reference import Reference
-from tests.render.plugin.conftest import BRIGHTER, EQUAL, STEM
+from tests.render.plugin.conftest import BRIGHTER, EQUAL, STEM, images_in
 
 
 def test_equal_renders_pass_and_leave_nothing(generated, pytester):
@@ -119,16 +118,16 @@ def test_summaries_hold_every_result_and_run_no_name(project, pytester):
     project(HOSTILE.replace("GAIN", "1.0"), "--facezip-generate", "baseline").assert_outcomes(skipped=4)
     result = project(HOSTILE.replace("GAIN", "1.05"), "--facezip-summary", "html,json", "--facezip-results", "out")
     result.assert_outcomes(passed=1, failed=3)
-    document = json.loads((pytester.path / "out" / "results.json").read_text(encoding="utf-8"))
-    assert [one["outcome"] for one in document["results"]].count("failed") == 3
-    assert all(re.fullmatch(r"[A-Za-z0-9_.-]+", one["name"]) for one in document["results"])
+    results = images_in(pytester.path / "out").results
+    assert [one.outcome for one in results].count("failed") == 3
+    assert all(re.fullmatch(r"[A-Za-z0-9_.-]+", one.name) for one in results)
     page = (pytester.path / "out" / "index.html").read_text(encoding="utf-8")
     assert page.count("<script>") == 1
     assert "&lt;script&gt;" in page
     assert page.count("data:image/png;base64,") == 16
     assert "3 of 4 differ" in page
     folders = {path.name for path in (pytester.path / "out").iterdir()}
-    assert folders == {"index.html", "results.json", *(one["name"] for one in document["results"])}
+    assert folders == {"index.html", "results.json", *(one.name for one in results)}
 
 
 def test_a_scene_is_rendered(pytester):

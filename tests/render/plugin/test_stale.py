@@ -1,10 +1,8 @@
 """What no single test can tell: references without a test, tests and runs that compared nothing."""
 
-import json
-
 import pytest
 
-from tests.render.plugin.conftest import EQUAL, HEAD, STEM
+from tests.render.plugin.conftest import EQUAL, HEAD, STEM, images_in
 
 FAST = "facezip_image(render, reference_renders=8)"
 EQUAL = EQUAL.replace("facezip_image(render)", FAST)
@@ -192,10 +190,10 @@ def test_a_run_without_image_tests_is_left_alone(project):
 
 def test_the_document_lists_them(two, pytester):
     two(EQUAL, "--facezip-summary", "json,html")
-    document = json.loads((pytester.path / "facezip-results" / "results.json").read_text())
-    (one,) = document["stale"]
-    assert one["test"] == "test_it.py::test_ball"
-    assert one["reference"].endswith(f"{BALL}.exr")
-    assert document["idle"] == 0
-    assert [result["name"] for result in document["results"]] == [STEM]
+    document = images_in(pytester.path / "facezip-results")
+    (one,) = document.stale
+    assert one.test == "test_it.py::test_ball"
+    assert one.reference.endswith(f"{BALL}.exr")
+    assert document.idle == 0
+    assert [result.name for result in document.results] == [STEM]
     assert f"{BALL}.exr" in (pytester.path / "facezip-results" / "index.html").read_text()

@@ -58,7 +58,7 @@ export interface ExportDocument {
   regions?: ExportedRegions;
   /** where weight maps are sums of them. */
   masks?: ExportedMasks;
-  /** all others. */
+  /** all others, which are looked at when the last is written. */
   files: Record<string, ExportedFile>;
   /** of the document without this field, as JSON with sorted keys and no spaces. */
   sha256: string;

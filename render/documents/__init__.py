@@ -1,0 +1,1 @@
+"""What ``facezip validate`` and ``facezip animate`` measured; ``reports`` shows it."""
