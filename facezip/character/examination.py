@@ -20,6 +20,7 @@ from facezip.character.sizes import Sizes, add_size, words_for
 from facezip.character.sources import gltf_at
 from facezip.character.suggestion import suggested
 from facezip.character.texels import normal_rows, states_signs, value_rows
+from facezip.character.units import WORDS, likely_unit
 from facezip.errors import ErrorCode, FaceZipError, Refuse, raised
 from facezip.files.facts import Facts
 from facezip.files.obj import Topology
@@ -27,10 +28,6 @@ from facezip.files.reading import reading
 from facezip.files.statements import stated
 from facezip.files.values import read_mask
 from facezip.machine.progress import track
-
-# Metres of a head's height, from chin to crown; half and twice that are heads too.
-HEAD = 0.24
-UNITS = {"metres": 1.0, "decimetres": 10.0, "centimetres": 100.0, "millimetres": 1000.0, "inches": 39.37}
 
 
 def examine_character(path: Path) -> Diagnosis:
@@ -83,8 +80,8 @@ def _mesh_row(file: str, name: str, vertices: NDArray[np.float32], topology: Top
 def _unit(extent: NDArray[np.float32]) -> str:
     """The extents of a mesh, and what it is measured in if it is a head."""
     sides = " x ".join(f"{side:.3g}" for side in extent)
-    likely = [name for name, many in UNITS.items() if 0.6 < float(extent.max()) / (many * HEAD) < 1.7]
-    return f"{sides}, {f'{likely[0]} by its size' if likely else 'of any unit'}"
+    likely = likely_unit(extent)
+    return f"{sides}, {f'{WORDS[likely]} by its size' if likely else 'of any unit'}"
 
 
 def _rows(folder: Path, character: Character) -> list[Row]:

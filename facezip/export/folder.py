@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from facezip.character.units import size_words
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.export.formats import Format
 from facezip.export.record import FILE_NAME, with_record
@@ -30,6 +31,7 @@ class Target:
     upside_down : whether it keeps the last row of a texture first.
     maps : how maps may lie in textures; the first where nothing is said.
     expands : whether it has no pre-pass that combines masks, and takes weight maps that are made of them.
+    reads : the unit in which it takes numbers of meshes whose unit is not known (:mod:`facezip.character.units`).
     """
 
     name: str
@@ -39,6 +41,7 @@ class Target:
     upside_down: bool = False
     maps: tuple[str, ...] = (TOGETHER, APART)
     expands: bool = False
+    reads: str = "m"
 
     def __call__(
         self,
@@ -85,11 +88,13 @@ class Target:
 
     def _whole(self, source: Source, tiles: dict[str, dict[str, Any]], folder: Path) -> dict[str, Any]:
         """The document of a tile; of several one that has theirs, which are written beside their textures."""
+        said = size_words(source.geometry, self.reads) if source.geometry else None
+        notes = {"notes": [said]} if said else {}
         if len(tiles) == 1:
-            return next(iter(tiles.values()))
+            return next(iter(tiles.values())) | notes
         for number, document in tiles.items():
             _write(document, folder / number)
-        return {"format": FORMAT, "target": self.name, "name": source.name, "tiles": tiles}
+        return {"format": FORMAT, "target": self.name, "name": source.name, "tiles": tiles, **notes}
 
     def _format(self, textures: str) -> Format:
         if textures not in self.formats:
