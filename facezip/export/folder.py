@@ -89,7 +89,7 @@ class Target:
     def _whole(self, source: Source, tiles: dict[str, dict[str, Any]], folder: Path) -> dict[str, Any]:
         """The document of a tile; of several one that has theirs, which are written beside their textures."""
         said = size_words(source.geometry, self.reads) if source.geometry else None
-        notes = {"notes": [said]} if said else {}
+        notes = {"notes": [said] if said else []}
         if len(tiles) == 1:
             return next(iter(tiles.values())) | notes
         for number, document in tiles.items():

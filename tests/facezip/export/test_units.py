@@ -77,7 +77,7 @@ def test_numbers_of_an_unknown_unit_stay_and_the_unit_that_is_likely_is_said(tmp
     document = exported(model, tmp_path, target)
     found = points(tmp_path, target) * (100 if target == "usd" else 1)
     assert np.ptp(found, axis=0).max() == pytest.approx(TALL / UNITS[unit], rel=1e-5)
-    said = " ".join(document.get("notes", ()))
+    said = " ".join(document["notes"])
     if unit == ("cm" if target == "usd" else "m"):
         assert not said
     else:
