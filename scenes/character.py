@@ -157,7 +157,8 @@ def make_character(
         for name, texels in scan.items():
             textures[name][n] = texels
     vertices = np.stack([person.vertices(weights) for weights in named.values()])
-    meshes, mask = Meshes(person.head.topology, person.head.vertices, vertices), face_mask(person.head, resolution)
+    meshes = Meshes(person.head.topology, person.head.vertices, vertices, centimetres=True)
+    mask = face_mask(person.head, resolution)
     stacks = {(name, FIRST_TILE): Stack(neutral[name], textures[name], mask) for name in names}
     whole = Character("character", tuple(named), meshes, tuple(KNOWN[name] for name in names), stacks)
     return in_tiles(whole, *tiles)

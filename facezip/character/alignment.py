@@ -174,13 +174,13 @@ class _Neutral:
 
     def __init__(self, stack: Stack) -> None:
         self._stack, self._factor = stack, -(-max(SIDE, *stack.resolution) // SIDE)
-        weight = _reduced(np.ascontiguousarray(stack.weight)[:, :, None], self._factor)
-        neutral = _reduced(np.ascontiguousarray(stack.neutral), self._factor)
+        weight = reduced(np.ascontiguousarray(stack.weight)[:, :, None], self._factor)
+        neutral = reduced(np.ascontiguousarray(stack.neutral), self._factor)
         self._fixed = [Still(image, *np.gradient(image)) for image in _pyramid(neutral, stack.scale)]
         # Features are looked for on half of that.
         self._step = -(-max(neutral.shape) // features.SIDE)
         self._features, self._cells = self._log(neutral), _cells(weight)
-        self._weights = [_reduced(weight[:, :, None], step) for step in _levels(weight)]
+        self._weights = [reduced(weight[:, :, None], step) for step in _levels(weight)]
         self._face = gaussian_filter(_cells(weight), 0.5)
 
     def alignment(self, n: int) -> Alignment:
@@ -189,7 +189,7 @@ class _Neutral:
         if not self._face.any():
             nothing = np.zeros((GRID, GRID, 2), np.float32)
             return Alignment(nothing, np.zeros((GRID, GRID), np.float32), 0.0, unit, face=False)
-        texture = _reduced(np.ascontiguousarray(self._stack.textures[n]), self._factor)
+        texture = reduced(np.ascontiguousarray(self._stack.textures[n]), self._factor)
         moving = _pyramid(texture, self._stack.scale)
         displacement, certainty = _registered(self._fixed, moving, self._weights)
         confidence = certainty * np.clip(self._face, 0, 1)
@@ -203,8 +203,8 @@ class _Neutral:
         )
 
     def _log(self, texture: NDArray[np.float32]) -> NDArray[np.float32]:
-        reduced = _reduced(texture[:, :, None], self._step)
-        return np.log(reduced * self._stack.scale + np.float32(DARK))
+        smaller = reduced(texture[:, :, None], self._step)
+        return np.log(smaller * self._stack.scale + np.float32(DARK))
 
     def _looked_for(self, other: NDArray[np.float32]) -> tuple[Feature | None, str | None]:
         """A feature that is not in its place, in texels of the texture, and how the whole is turned."""
@@ -217,7 +217,7 @@ class _Neutral:
 
 def _pyramid(luminance: NDArray[np.float32], scale: np.float32) -> list[NDArray[np.float32]]:
     """Log luminance without its local mean, at every level: a gain of the exposure changes nothing."""
-    levels = [_reduced(luminance[:, :, None], step) for step in _levels(luminance)]
+    levels = [reduced(luminance[:, :, None], step) for step in _levels(luminance)]
     logs = [np.log(level * scale + np.float32(DARK)) for level in levels]
     return [log - uniform_filter(log, NEIGHBOURHOOD) for log in logs]
 
@@ -266,8 +266,8 @@ def _solved(sums: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.
     return move, TOLERANCE**2 / (TOLERANCE**2 + CORRELATED * variance)
 
 
-def _reduced(texels: NDArray[Any], factor: int) -> NDArray[np.float32]:
-    """The mean ``(H / factor, W / factor)`` over channels and blocks of factor x factor; a part block is left out."""
+def reduced(texels: NDArray[Any], factor: int) -> NDArray[np.float32]:
+    """The mean ``(H // factor, W // factor)`` over channels and blocks of factor x factor; a part block is left out."""
     shape = texels.shape[0] // factor, texels.shape[1] // factor
     return by_rows(lambda rows: _means(texels[rows.start * factor : rows.stop * factor], factor), shape, np.float32)
 

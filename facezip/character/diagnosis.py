@@ -60,6 +60,7 @@ class Diagnosis(Document):
     rows : what is read from where.
     refusals : what has to be mended before it can be used: all that can be found at once.
     notes : what is unusual, missing or not used; those that ask need a decision.
+    character_toml : where the files of a character could not be told, a ``character.toml`` to complete; "" otherwise.
     asks : whether a person should decide something.
     """
 
@@ -70,6 +71,7 @@ class Diagnosis(Document):
     rows: tuple[Row, ...] = ()
     refusals: tuple[Refusal, ...] = ()
     notes: tuple[Note, ...] = ()
+    character_toml: str = ""
     asks: bool = field(init=False)
 
     def __post_init__(self) -> None:

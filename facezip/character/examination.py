@@ -18,18 +18,16 @@ from facezip.character.scans import NEUTRAL, Character, check_names
 from facezip.character.settings import read_settings
 from facezip.character.sizes import Sizes, add_size, words_for
 from facezip.character.sources import gltf_at
+from facezip.character.suggestion import suggested
 from facezip.character.texels import normal_rows, states_signs, value_rows
-from facezip.errors import FaceZipError, Refuse, raised
+from facezip.character.units import WORDS, likely_unit
+from facezip.errors import ErrorCode, FaceZipError, Refuse, raised
 from facezip.files.facts import Facts
 from facezip.files.obj import Topology
 from facezip.files.reading import reading
 from facezip.files.statements import stated
 from facezip.files.values import read_mask
 from facezip.machine.progress import track
-
-# Metres of a head's height, from chin to crown; half and twice that are heads too.
-HEAD = 0.24
-UNITS = {"metres": 1.0, "decimetres": 10.0, "centimetres": 100.0, "millimetres": 1000.0, "inches": 39.37}
 
 
 def examine_character(path: Path) -> Diagnosis:
@@ -44,7 +42,8 @@ def examine_character(path: Path) -> Diagnosis:
         if gltf is None and path.is_dir():
             search.look()
     notes = tuple(sorted(search.notes, key=lambda note: (note.file, note.words)))
-    return Diagnosis("character", str(path), "cannot be read", tuple(search.rows), distinct(search.faults), notes)
+    faults = distinct(search.faults)
+    return Diagnosis("character", str(path), "cannot be read", tuple(search.rows), faults, notes, search.character_toml)
 
 
 def _summary(character: Character) -> str:
@@ -81,8 +80,8 @@ def _mesh_row(file: str, name: str, vertices: NDArray[np.float32], topology: Top
 def _unit(extent: NDArray[np.float32]) -> str:
     """The extents of a mesh, and what it is measured in if it is a head."""
     sides = " x ".join(f"{side:.3g}" for side in extent)
-    likely = [name for name, many in UNITS.items() if 0.6 < float(extent.max()) / (many * HEAD) < 1.7]
-    return f"{sides}, {f'{likely[0]} by its size' if likely else 'of any unit'}"
+    likely = likely_unit(extent)
+    return f"{sides}, {f'{WORDS[likely]} by its size' if likely else 'of any unit'}"
 
 
 def _rows(folder: Path, character: Character) -> list[Row]:
@@ -160,11 +159,12 @@ class _Search:
     faults: list[FaceZipError] = field(default_factory=list)
     rows: list[Row] = field(default_factory=list)
     notes: list[Note] = field(default_factory=list)
+    character_toml: str = ""
 
     def look(self) -> None:
         """Add what is found to the faults that are known already, and what can be read all the same."""
         with _collected(self.faults), reading(self.folder):
-            layout = read_layout(self.folder, read_settings(self.folder, self.faults.append), self.faults.append)
+            layout = self._layout()
             self.notes += layout.notes
             with _collected(self.faults):
                 check_names(layout.expressions, self.folder)
@@ -172,6 +172,23 @@ class _Search:
             self._meshes(layout, self._headers(layout, facts))
             self.rows += _image_rows(layout, facts)
             self._texels(layout, facts)
+
+    def _layout(self) -> Layout:
+        """Which file is what; where that cannot be told by their names, a ``character.toml`` that would say it."""
+        known = len(self.faults)
+        try:
+            layout = read_layout(self.folder, read_settings(self.folder, self.faults.append), self.faults.append)
+        except FaceZipError as error:
+            self._suggest(error)
+            raise
+        for fault in self.faults[known:]:
+            self._suggest(fault)
+        return layout
+
+    def _suggest(self, error: FaceZipError) -> None:
+        if error.code in (ErrorCode.BAD_CHARACTER, ErrorCode.MISSING_FILE) and not self.character_toml:
+            with suppress(FaceZipError):
+                self.character_toml = suggested(self.folder)
 
     def _headers(self, layout: Layout, stated: Mapping[Path, Facts]) -> float:
         """What headers say; the side of a texel in UV."""

@@ -49,6 +49,22 @@ def is_litter(path: Path) -> bool:
     return any(part.startswith((".", "~$")) or part.casefold() in _LITTER for part in path.parts)
 
 
+def visible_files(folder: Path) -> list[Path]:
+    """The files in a folder that are a person's, by name."""
+    return [path for path in sorted(folder.iterdir()) if not is_litter(Path(path.name)) and path.is_file()]
+
+
+def files_below(folder: Path) -> list[Path]:
+    """All files in a folder and those within it that are a person's."""
+    return [path for path in sorted(folder.rglob("*")) if not is_litter(path.relative_to(folder)) and path.is_file()]
+
+
+def files_near(folder: Path) -> list[Path]:
+    """The files in a folder, in those within it, and in those within these, that are a person's."""
+    near = (path for pattern in ("*", "*/*", "*/*/*") for path in sorted(folder.glob(pattern)))
+    return [path for path in near if not is_litter(path.relative_to(folder)) and path.is_file()]
+
+
 def within(folder: Path, path: Path) -> str:
     """A file of a folder as notes and patterns have it, whatever the system: its path in the folder, with slashes."""
     return one_form(path.relative_to(folder).as_posix())

@@ -18,7 +18,7 @@ from facezip.character.meshes import Meshes
 from facezip.character.neutrals import neutral_bits, packed_neutral
 from facezip.character.obj_parts import Mesh
 from facezip.character.scans import NEUTRAL, Character, Stack, check_names
-from facezip.character.settings import Settings
+from facezip.character.settings import SETTINGS, Settings
 from facezip.character.sizes import Sizes, read_sizes, words_for
 from facezip.character.texels import Extremes, normal_rows, states_signs, value_rows
 from facezip.character.tiles import FIRST_TILE, shifted
@@ -62,6 +62,8 @@ def save_folder(character: Character, folder: Path) -> None:
                     stem = made / file_name(name, kind, tile, tiles)
                     write_map(stem, character.texels(name, (kind.name, tile)), kind)
             done()
+        if character.meshes.centimetres:
+            (made / SETTINGS).write_text('unit = "cm"\n', encoding="utf-8")
         for tile, stack in character.of_map(character.maps[0].name).items():
             if stack.mask is not None:
                 write_texture(made / f"{MASK}{_tile(tile, tiles)}.png", stack.mask[:, :, None])

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from facezip.character.custom import texture_among, visible_files
-from facezip.character.filenames import MASK
+from facezip.character.custom import texture_among
+from facezip.character.filenames import MASK, visible_files
 from facezip.character.gltf_parts import parts_of
 from facezip.character.scans import NEUTRAL
 from facezip.character.settings import SETTINGS

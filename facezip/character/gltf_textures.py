@@ -6,8 +6,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from facezip.character.custom import texture_among, visible_files
-from facezip.character.filenames import MASK
+from facezip.character.custom import texture_among
+from facezip.character.filenames import MASK, visible_files
 from facezip.character.gltf_images import Images
 from facezip.character.gltf_material import Material, Use, image_of
 from facezip.character.gltf_parts import Part

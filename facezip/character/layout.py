@@ -1,23 +1,19 @@
 """Which file of a folder is which map of which expression on which tile: by custom, or as ``character.toml`` says."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
-from facezip.character.custom import (
-    MESH_SUFFIX,
-    OTHER_MESHES,
-    files_by_custom,
-    meshes_in,
-    neutral_among,
-    owners_of,
-    put,
-)
-from facezip.character.filenames import MASK, is_litter, readings, within
+from facezip.character.custom import files_by_custom, put
+from facezip.character.filenames import MASK, files_below, is_litter, readings, within
 from facezip.character.maps import ALBEDO, KNOWN, Map
+from facezip.character.mesh_names import MESH_SUFFIX, OTHER_MESHES, meshes_in, neutral_among, owners_of
 from facezip.character.notes import Note
-from facezip.character.patterns import files_below, matching
+from facezip.character.patterns import matches_nothing, matching
 from facezip.character.scans import FEWEST, NEUTRAL, at_least
-from facezip.character.settings import SETTINGS, Patterns, Settings
+from facezip.character.settings import MASK_FILE, SETTINGS, Patterns, Settings
+from facezip.character.spelled import NORMAL, files_by_spelling, is_custom, unused_below
 from facezip.character.tiles import FIRST_TILE
 from facezip.errors import ErrorCode, FaceZipError, Refuse, raised
 from facezip.files.mtl import images_by_material
@@ -111,7 +107,10 @@ def read_layout(folder: Path, settings: Settings, refuse: Refuse = raised, fewes
         raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{folder}: {reason}")
     with reading(folder):
         patterns = settings.patterns
-        layout = _by_custom(folder, refuse, fewest) if patterns is None else _by_patterns(folder, patterns, fewest)
+        if patterns is None:
+            layout = _by_custom(folder, settings.neutral, refuse, fewest)
+        else:
+            layout = _by_patterns(folder, patterns, settings.neutral, fewest)
         layout = replace(layout, part=settings.part)
         _check_complete(layout, refuse)
     return _with_fitting_masks(layout)
@@ -120,7 +119,7 @@ def read_layout(folder: Path, settings: Settings, refuse: Refuse = raised, fewes
 def holds_neutral(folder: Path) -> bool:
     """Whether a folder has a mesh that is the neutral, whatever is wrong with it."""
     try:
-        return NEUTRAL in meshes_in(folder)[0]
+        return NEUTRAL in meshes_in(folder).files
     except FaceZipError:
         # Two may be it.
         return True
@@ -128,18 +127,24 @@ def holds_neutral(folder: Path) -> bool:
         return False
 
 
-def _by_custom(folder: Path, refuse: Refuse, fewest: int) -> Layout:
-    meshes, owners, notes_on_names = meshes_in(folder)
-    _check_meshes(folder, meshes, fewest)
-    materials = images_by_material(folder)
-    found = files_by_custom(folder, meshes, owners, materials, refuse)
-    maps = {name: MapFiles(KNOWN[name], files) for name, files in found.maps.items()}
-    notes = (*notes_on_names, *found.notes)
+def _by_custom(folder: Path, neutral: str | None, refuse: Refuse, fewest: int) -> Layout:
+    meshes = meshes_in(folder, neutral, below=True)
+    _check_meshes(folder, meshes.files, fewest)
+    materials = images_by_material(meshes.files[NEUTRAL].parent)
+    if is_custom(folder, meshes):
+        found = files_by_custom(folder, meshes.files, meshes.owners, materials, refuse)
+    else:
+        found = files_by_spelling(folder, meshes, materials, refuse)
+    maps = {
+        name: MapFiles(KNOWN[name], files, green_down=found.green_down and name == NORMAL)
+        for name, files in found.maps.items()
+    }
+    notes = (*meshes.notes, *found.notes, *unused_below(folder, meshes, found))
     albedo_first = _albedo_first(folder, maps)
     return Layout(folder, found.meshes, albedo_first, found.masks, found.numbered, materials, notes=notes)
 
 
-def _by_patterns(folder: Path, patterns: Patterns, fewest: int) -> Layout:
+def _by_patterns(folder: Path, patterns: Patterns, neutral: str | None, fewest: int) -> Layout:
     files = files_below(folder)
     try:
         found = {name: matching(folder, files, stated.files) for name, stated in patterns.maps.items()}
@@ -147,7 +152,13 @@ def _by_patterns(folder: Path, patterns: Patterns, fewest: int) -> Layout:
         masks = {tile: file for (_, tile), file in matching(folder, files, patterns.masks)[0].items()}
     except ValueError as error:
         raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{folder / SETTINGS}: {error}") from None
-    owners, notes = owners_of(called, neutral_among(called))
+    stated_patterns: dict[str, tuple[str, Collection[Any]]]
+    stated_patterns = {f"files of maps.{name}": (patterns.maps[name].files, of) for name, (of, _) in found.items()}
+    stated_patterns |= {"meshes": (patterns.meshes, called), "mask": (patterns.masks, masks)}
+    for key, (pattern, of) in stated_patterns.items():
+        if not of and (key, pattern) != ("mask", MASK_FILE):
+            raise matches_nothing(folder / SETTINGS, key, pattern, files)
+    owners, notes = owners_of(called, neutral_among(called, neutral), folder, stated=neutral is not None)
     meshes: dict[str, Path] = {}
     for name, file in called.items():
         put(meshes, owners[folded(name)], file, "mesh")
@@ -162,15 +173,18 @@ def _by_patterns(folder: Path, patterns: Patterns, fewest: int) -> Layout:
                 put(maps[map].files, (owners[folded(name)], tile), file)
     numbered = any(is_numbered for _, is_numbered in found.values())
     materials = images_by_material(meshes[NEUTRAL].parent)
-    return Layout(folder, meshes, _albedo_first(folder, maps), masks, numbered, materials, notes=tuple(notes))
+    albedo_first = _albedo_first(folder, maps, patterns)
+    return Layout(folder, meshes, albedo_first, masks, numbered, materials, notes=tuple(notes))
 
 
-def _albedo_first(folder: Path, maps: dict[str, MapFiles]) -> tuple[MapFiles, ...]:
+def _albedo_first(folder: Path, maps: dict[str, MapFiles], patterns: Patterns | None = None) -> tuple[MapFiles, ...]:
     if ALBEDO not in maps or not any(name == NEUTRAL for name, _ in maps[ALBEDO].files):
-        raise FaceZipError(
-            ErrorCode.BAD_CHARACTER,
-            f"{folder}: no albedo of the neutral; it needs a neutral.png, and every expression a NAME.png",
-        )
+        reason = "no albedo of the neutral; it needs a neutral.png, and every expression a NAME.png"
+        if patterns is not None and ALBEDO not in maps:
+            reason = f"{SETTINGS} names files, and not those of the albedo; add [maps.{ALBEDO}] with files"
+        elif patterns is not None:
+            reason = f"'{patterns.maps[ALBEDO].files}' in {SETTINGS} matches no albedo of the neutral"
+        raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{folder}: {reason}")
     return tuple(maps[name] for name in [ALBEDO, *sorted({*maps} - {ALBEDO})])
 
 
@@ -245,7 +259,10 @@ def _without_neutral(folder: Path, meshes: dict[str, Path]) -> FaceZipError:
     remedy = "a character needs a neutral mesh"
     if meshes:
         few = ", ".join(path.name for path in [*meshes.values()][:3])
-        remedy = f"its meshes are {few}{' …' if len(meshes) > 3 else ''}: call that of the face at rest {NEUTRAL}.obj"
+        remedy = (
+            f"its meshes are {few}{' …' if len(meshes) > 3 else ''}: call that of the face at rest {NEUTRAL}.obj, or "
+        )
+        remedy += f'say neutral = "NAME" in {SETTINGS}'
     elif others:
         remedy = f"{others[0].name} is not read here: export OBJ" + (
             ", or give that file itself" if others[0].suffix.lower() in (".glb", ".gltf") else ""

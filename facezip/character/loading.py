@@ -1,7 +1,9 @@
 """A character from whatever it is stored in, and back."""
 
+from dataclasses import replace
 from pathlib import Path
 
+from facezip.character.appearance import seen
 from facezip.character.folder import load_folder, save_folder
 from facezip.character.gltf_read import load_gltf
 from facezip.character.gltf_write import save_glb
@@ -62,7 +64,9 @@ def read_character(
             name = printable(path.resolve().name if path.is_dir() else path.stem)
             character = load_gltf(gltf, name, settings.part, maps, fewest)
             check_digits(gltf, character.meshes.neutral, character.meshes.topology)
-    return placed(character, settings.placement, path)
+    character = placed(character, settings.placement, path)
+    found = seen(character)
+    return replace(character, notes=(*character.notes, *found)) if found else character
 
 
 def save_character(character: Character, path: str | Path) -> None:

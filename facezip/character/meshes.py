@@ -23,11 +23,13 @@ class Meshes:
     topology : faces and UV layout, over all tiles.
     neutral : ``(V, 3)`` float32.
     vertices : ``(N, V, 3)`` float32, absolute positions of the expressions.
+    centimetres : whether these are known to be centimetres; of other numbers the unit is not known.
     """
 
     topology: Topology
     neutral: NDArray[np.float32]
     vertices: NDArray[np.float32]
+    centimetres: bool = False
 
     @cached_property
     def deltas(self) -> NDArray[np.float32]:

@@ -1,19 +1,17 @@
 """Patterns of paths with ``{name}`` and ``{tile}``: which files of a folder are like one, and what they are of."""
 
 import re
+from collections.abc import Sequence
+from difflib import get_close_matches
 from pathlib import Path
 
 from facezip.character.custom import put
-from facezip.character.filenames import MASK, TILE, first_tile, is_litter, tile_number, within
+from facezip.character.filenames import MASK, TILE, first_tile, tile_number, within
 from facezip.character.tiles import FIRST_TILE
+from facezip.errors import ErrorCode, FaceZipError
 from facezip.names import one_form
 
 _PLACES = {"{name}": r"[^/]+?", "{tile}": TILE}
-
-
-def files_below(folder: Path) -> list[Path]:
-    """All files in a folder and those within it that are a person's."""
-    return [path for path in sorted(folder.rglob("*")) if not is_litter(path.relative_to(folder)) and path.is_file()]
 
 
 def matching(folder: Path, files: list[Path], pattern: object) -> tuple[dict[tuple[str, int], Path], bool]:
@@ -44,3 +42,12 @@ def matching(folder: Path, files: list[Path], pattern: object) -> tuple[dict[tup
         name = match["name"] if "{name}" in seen else MASK
         put(found, (name, tile_number(match["tile"], first) if numbered else FIRST_TILE), path)
     return found, numbered
+
+
+def matches_nothing(settings: Path, key: str, pattern: str, files: Sequence[Path]) -> FaceZipError:
+    """The error for a pattern of ``character.toml`` like which no file is, of the one that is nearest to it."""
+    suffix = Path(pattern).suffix.lower()
+    there = [within(settings.parent, path) for path in files if path.suffix.lower() == suffix]
+    near = get_close_matches(pattern, there, 1, 0.0)
+    rest = f"the nearest is {near[0]}" if near else f"no file ends in {suffix or pattern}"
+    return FaceZipError(ErrorCode.BAD_CHARACTER, f"{settings}: {key} = '{pattern}' is like no file here; {rest}")

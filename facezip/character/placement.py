@@ -18,10 +18,9 @@ from facezip.character.motion import Points, angle_between, nearest_axes
 from facezip.character.notes import Note
 from facezip.character.orientation import Orientation, orientation_of
 from facezip.character.scans import NEUTRAL, Character
+from facezip.character.units import UNITS
 from facezip.errors import ErrorCode, FaceZipError
 
-# Of each unit, in centimetres.
-UNITS = {"mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54, "ft": 30.48}
 AXES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1), "-x": (-1, 0, 0), "-y": (0, -1, 0), "-z": (0, 0, -1)}
 # What a head has to show before it is turned, and how near it has to be to axes (degrees); docs/meshes.md has what
 # heads do show.
@@ -39,7 +38,7 @@ class Placement:
     Attributes
     ----------
     up, front : keys of :data:`AXES`, at right angles: where the crown is, and where the face looks.
-    unit : a key of :data:`UNITS`; meshes are then brought to centimetres.
+    unit : a key of :data:`facezip.character.units.UNITS`; meshes are then brought to centimetres.
     """
 
     up: str | None = None
@@ -89,13 +88,13 @@ def placed(character: Character, stated: Placement, path: Path) -> Character:
         notes.append(Note(NEUTRAL, f"{_turn_words(axes)}, as character.toml says"))
     if not np.array_equal(axes, np.eye(3)):
         meshes = _changed(meshes, axes.T)
-    if not notes:
+    if meshes is character.meshes:
         return character
     return replace(character, meshes=meshes, notes=(*character.notes, *notes))
 
 
 def _in_centimetres(meshes: Meshes, unit: str, path: Path) -> Meshes:
-    made = _changed(meshes, UNITS[unit] * np.eye(3))
+    made = replace(_changed(meshes, UNITS[unit] * np.eye(3)), centimetres=True)
     size = float(np.ptp(made.neutral, axis=0).max())
     if not LEAST <= size <= MOST:
         raise FaceZipError(

@@ -14,6 +14,7 @@ from facezip.files.reading import reading
 
 SETTINGS = "character.toml"
 MAX_SETTINGS = 2**20
+MASK_FILE = "mask.png"
 _PLACEMENT = {each.name for each in fields(Placement)}
 
 
@@ -49,11 +50,13 @@ class Settings:
     Attributes
     ----------
     part : the mesh or material that is the face; None where that is not said.
+    neutral : what the mesh of the face at rest is called; None where that is not said.
     placement : how all meshes stand.
     patterns : which files are what; None where nothing is said of files, and custom holds.
     """
 
     part: str | None = None
+    neutral: str | None = None
     placement: Placement = field(default_factory=Placement)
     patterns: Patterns | None = None
 
@@ -70,17 +73,16 @@ def read_settings(folder: Path, refuse: Refuse = raised) -> Settings:
     path = folder / SETTINGS
     with reading(folder):
         document = _document(path)
-    part, stated = document.pop("part", None), {key: document.pop(key) for key in _PLACEMENT & {*document}}
-    if not isinstance(part, str | None):
-        refuse(_bad(path, "part is the name of a mesh or a material"))
-        part = None
+    stated = {key: document.pop(key) for key in _PLACEMENT & {*document}}
+    part = _name(document, "part", _bad(path, "part is the name of a mesh or a material"), refuse)
+    neutral = _name(document, "neutral", _bad(path, "neutral is the name of the mesh of the face at rest"), refuse)
     try:
         placement = Placement.of(stated)
     except ValueError as error:
         refuse(_bad(path, error))
         placement = Placement()
     try:
-        return Settings(part, placement, _patterns(document) if document else None)
+        return Settings(part, neutral, placement, _patterns(document) if document else None)
     except ValueError as error:
         raise _bad(path, error) from None
 
@@ -96,18 +98,28 @@ def _document(path: Path) -> Toml:
         raise _bad(path, error) from None
 
 
+def _name(document: Toml, key: str, fault: FaceZipError, refuse: Refuse) -> str | None:
+    name = document.pop(key, None)
+    if name is None or (isinstance(name, str) and name):
+        return name
+    refuse(fault)
+    return None
+
+
 def _bad(path: Path, why: object) -> FaceZipError:
     return FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: {why}")
 
 
 def _patterns(document: Mapping[str, Any]) -> Patterns:
     if odd := {*document} - {"meshes", "mask", "maps"}:
-        raise ValueError(f"'{min(odd)}' is not known; it holds meshes, mask, part, up, front, unit and [maps.NAME]")
+        raise ValueError(
+            f"'{min(odd)}' is not known; it holds neutral, meshes, mask, part, up, front, unit and [maps.NAME]"
+        )
     maps = document.get("maps", {})
     if not isinstance(maps, dict) or not all(isinstance(entry, dict) for entry in maps.values()):
         raise ValueError("maps holds a table for each map, such as [maps.albedo]")
     stated = {name: _map_pattern(name, entry) for name, entry in maps.items()}
-    return Patterns(document.get("meshes", "{name}.obj"), document.get("mask", "mask.png"), stated)
+    return Patterns(document.get("meshes", "{name}.obj"), document.get("mask", MASK_FILE), stated)
 
 
 def _map_pattern(name: str, entry: Mapping[str, Any]) -> MapPattern:

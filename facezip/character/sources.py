@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-from facezip.character.custom import MESH_SUFFIX, visible_files
+from facezip.character.filenames import visible_files
 from facezip.character.layout import MANIFEST, holds_neutral
+from facezip.character.mesh_names import MESH_SUFFIX
 from facezip.character.parts import listed
 from facezip.character.settings import SETTINGS
 from facezip.errors import ErrorCode, FaceZipError

@@ -22,6 +22,7 @@ from facezip.names import printable
 from facezip.pack.examination import examine_pack
 from facezip.pack.manifest import FILE_NAME as MANIFEST
 
+TOML = "a character.toml for these files, to complete and to put beside them"
 COLUMNS = ("what", "tile", "file", "encoding", "orientation", "size", "unit")
 
 
@@ -80,6 +81,7 @@ def _sections(found: Diagnosis) -> Iterator[tuple[str, list[str]]]:
     yield "has to be mended", [refusal.words for refusal in found.refusals]
     yield "to decide", lines(note for note in found.notes if note.asks)
     yield "done or left out", lines(note for note in found.notes if not note.asks)
+    yield TOML, found.character_toml.splitlines()
 
 
 def _lines(found: Diagnosis) -> Iterator[str]:
@@ -109,7 +111,7 @@ def _show(found: Diagnosis) -> None:
         for row in rows:
             table.add_row(*(Text(printable(row[column])) for column in used))
         console.print(table)
-    for (heading, sentences), colour in zip(_sections(found), ("red", "yellow", "dim"), strict=True):
+    for (heading, sentences), colour in zip(_sections(found), ("red", "yellow", "dim", "yellow"), strict=True):
         if sentences:
             console.print(Text(heading, style=f"bold {colour}"))
             for sentence in sentences:

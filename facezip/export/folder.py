@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from facezip.character.units import size_words
 from facezip.documents.document import Document, from_json, to_json
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.export.documents.textures import ExpressionPlace, Gains
@@ -31,6 +32,7 @@ class Target:
     upside_down : whether it keeps the last row of a texture first.
     maps : how maps may lie in textures; the first where nothing is said.
     expands : whether it has no pre-pass that combines masks, and takes weight maps that are made of them.
+    reads : the unit in which it takes numbers of meshes whose unit is not known (:mod:`facezip.character.units`).
     """
 
     name: str
@@ -40,6 +42,7 @@ class Target:
     upside_down: bool = False
     maps: tuple[str, ...] = (TOGETHER, APART)
     expands: bool = False
+    reads: str = "m"
 
     def __call__(
         self,
@@ -72,12 +75,14 @@ class Target:
         with whole_folder(output, overwrite, is_export) as folder:
             tiles = {str(tile.layout.number): self._tile(source, tile, folder, form) for tile in source.tiles}
             self.write_head(source, folder, form)
+            notes = self._notes(source)
             if len(tiles) == 1:
-                return put_document(ExportDocument(**vars(next(iter(tiles.values())))), folder, output)
+                return put_document(ExportDocument(**vars(next(iter(tiles.values()))), notes=notes), folder, output)
             # Of several each stands beside its textures as well.
             for number, document in tiles.items():
                 _write(document, folder / number)
-            return put_document(TilesDocument(target=self.name, name=source.name, tiles=tiles), folder, output)
+            whole = TilesDocument(target=self.name, name=source.name, tiles=tiles, notes=notes)
+            return put_document(whole, folder, output)
 
     def _tile(self, source: Source, tile: Tile, place: Path, form: Format) -> TileExport:
         folder = source.folder_of(tile, place)
@@ -85,6 +90,10 @@ class Target:
         document = describe(tile, self.name, write_maps(tile, folder, form, self.upside_down), folder)
         self.write_tile(tile, folder)
         return document
+
+    def _notes(self, source: Source) -> list[str]:
+        said = size_words(source.geometry, self.reads) if source.geometry else None
+        return [said] if said else []
 
     def _format(self, textures: str) -> Format:
         if textures not in self.formats:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from facezip.character.gltf import add_mesh, start
 from facezip.character.maps import ALBEDO, Map
 from facezip.character.tiles import charts
+from facezip.character.units import in_metres, size_words
 from facezip.export.documents.layers import LayeredMap, LayersExport
 from facezip.export.engine import write_text
 from facezip.export.gltf import GLB_FILE, add_joint
@@ -72,13 +73,14 @@ def export_o3de(pack: Path, output: Path, *, overwrite: bool = False) -> LayersE
             _write_head(whole, folder / GLB_FILE)
         words = {"slots": whole.slots, "maps": found, "count": len(masks), "head": whole.model.meshes is not None}
         write_text(folder, {"GUIDE.md": "o3de/guide.j2"}, words)
+        size = size_words(whole.model.meshes, "m") if whole.model.meshes else None
         return LayersExport(
             target="o3de",
             name=whole.name,
             tile=whole.tile,
             textures=textures,
             maps=found,
-            notes=still_words(whole, ENGINE),
+            notes=[*still_words(whole, ENGINE), *([size] if size else [])],
         )
 
     return export_layered(output, overwrite, write)
@@ -135,9 +137,9 @@ def _material(whole: Layered, found: Mapping[str, LayeredMap]) -> dict[str, obje
 
 def _write_head(whole: Layered, file: Path) -> None:
     """The geometry with its morph targets, on a joint, since an actor has a skeleton."""
-    meshes, name = whole.model.meshes, whole.name
-    if meshes is None:
+    if whole.model.meshes is None:
         raise ValueError("a pack without meshes has no head")
+    meshes, name = in_metres(whole.model.meshes), whole.name
     glb = start(name)
     primitives = add_mesh(glb, name, meshes, whole.model.expressions, charts(meshes.topology, [whole.tile]))
     add_joint(glb, primitives)

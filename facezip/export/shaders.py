@@ -7,6 +7,7 @@ from functools import cache
 import jinja2
 
 from facezip.character.maps import MAX_SLOPE, Map
+from facezip.character.units import size_words
 from facezip.export.sheets import Sheet
 from facezip.export.source import Source, Tile
 from facezip.export.words import Dialect, MapWords, Numbers, SheetWords, Words
@@ -83,8 +84,13 @@ def shader_words(tile: Tile, dialect: Dialect) -> dict[str, object]:
 
 
 def head_words(source: Source, dialect: Dialect) -> dict[str, object]:
-    """What the templates say of a head: the words of its first tile, and as ``tiles`` the numbers of all."""
-    return shader_words(source.tiles[0], dialect) | {"tiles": [tile.layout.number for tile in source.tiles]}
+    """What the templates say of a head: the words of its first tile, as ``tiles`` the numbers of all, and its size."""
+    said = size_words(source.geometry, "m") if source.geometry else None
+    size = f"{said[0].upper()}{said[1:]}." if said else "By its size, its numbers are metres."
+    return shader_words(source.tiles[0], dialect) | {
+        "tiles": [tile.layout.number for tile in source.tiles],
+        "size": size,
+    }
 
 
 def target_numbers(tile: Tile) -> range:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from facezip.character.maps import ALBEDO, KNOWN, Map
 from facezip.character.meshes import Meshes
 from facezip.character.tiles import charts, shifted
+from facezip.character.units import in_metres
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.export.fill import Fill, shown
 from facezip.export.joining import CHANNELS, joined
@@ -78,7 +80,7 @@ class Source:
     path : its folder.
     name : what the character is called.
     expressions : N names.
-    geometry : the meshes, or None.
+    geometry : the meshes as the pack has them, or None.
     tiles : what its materials show; one of them in an ordinary export.
     """
 
@@ -88,14 +90,14 @@ class Source:
     geometry: Meshes | None
     tiles: tuple[Tile, ...]
 
-    @property
+    @cached_property
     def meshes(self) -> Meshes:
-        """The geometry; ``BAD_VALUE`` where the pack has none."""
+        """The geometry, in metres where its unit is known; ``BAD_VALUE`` where the pack has none."""
         if self.geometry is None:
             raise FaceZipError(
                 ErrorCode.BAD_VALUE, f"{self.path}: has no meshes to export; compress a character with its meshes"
             )
-        return self.geometry
+        return in_metres(self.geometry)
 
     @property
     def charts(self) -> list[Topology]:

@@ -28,6 +28,8 @@ OF_TILE = {"facezip.mtlx": "usd/mtlx.j2"}
 OF_HEAD = {"head.usda": "usd/head.j2", "GUIDE.md": "usd/guide.j2"}
 PREVIEW_NORMAL = "preview_normal.png"
 FRAMES_A_SECOND = 24
+# What numbers are taken for whose unit is not known, as most scans are in it.
+READS = "cm"
 
 
 def export_usd(
@@ -48,7 +50,7 @@ def export_usd(
     region : as of :func:`facezip.export.source.read_source`; their gains are columns of the animation.
     """
     frames = read_animation(animation) if animation else None
-    target = Target("usd", {"png": PNG}, partial(_write_tile, frames), partial(_write_head, frames))
+    target = Target("usd", {"png": PNG}, partial(_write_tile, frames), partial(_write_head, frames), reads=READS)
     return target(pack, output, maps=maps, region=region, overwrite=overwrite)
 
 
@@ -80,6 +82,7 @@ def _write_head(frames: Sequence[Frame] | None, source: Source, folder: Path, fo
         "frames": [[number(frame.get(name, 0.0)) for name in source.expressions] for frame in shown],
         "frames_a_second": FRAMES_A_SECOND,
         "preview_normal": PREVIEW_NORMAL,
+        "metres_per_unit": "1" if source.geometry and source.geometry.centimetres else "0.01",
         "roughness": ROUGHNESS,
     }
     write_text(folder, OF_HEAD, words | geometry_words(source))

@@ -28,6 +28,8 @@ SMALLEST = 1e-30
 SEAM = "_SEAM"
 # v up, where it is not 1 minus v down; else 0.
 V_UP = "_V_UP"
+# What ``asset.extras`` say where the unit of the numbers is known.
+UNIT = {"unit": "cm"}
 SKIN = {"baseColorFactor": [0.6, 0.4, 0.33, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.6}
 MALFORMED = (KeyError, TypeError, ValueError, AttributeError, OverflowError, IndexError)
 
@@ -38,6 +40,7 @@ def head_bytes(
     neutral: NDArray[np.float32],
     vertices: NDArray[np.float32],
     expressions: tuple[str, ...],
+    centimetres: bool = False,
 ) -> bytes:
     """Write a GLB that :func:`read_head` reads back.
 
@@ -49,6 +52,7 @@ def head_bytes(
     vertices : ``(N, V, 3)`` float32, absolute positions, kept within 1e-5 of the largest side of the neutral's
         bounding box.
     expressions : N names.
+    centimetres : whether the unit of positions is known, and is that.
 
     Raises
     ------
@@ -59,7 +63,7 @@ def head_bytes(
     step = _step(neutral, vertices)
     glb = GlbBuilder(
         {
-            "asset": {"version": "2.0", "generator": "facezip"},
+            "asset": {"version": "2.0", "generator": "facezip"} | ({"extras": UNIT} if centimetres else {}),
             "extensionsUsed": [QUANTIZATION],
             "extensionsRequired": [QUANTIZATION],
             "scene": 0,
@@ -107,6 +111,12 @@ def read_head(
         raise
     except MALFORMED as error:
         raise GlbFault(f"it is not laid out as the head of a pack ({type(error).__name__})") from None
+
+
+def states_centimetres(content: bytes) -> bool:
+    """Whether the GLB of a pack says that its numbers are centimetres; ``GlbFault`` where it is no GLB."""
+    asset = Glb.parse(content).document.get("asset")
+    return isinstance(asset, dict) and asset.get("extras") == UNIT
 
 
 def _split(topology: Topology, count: int) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.int64]]:

@@ -20,7 +20,7 @@ from facezip.machine.rows import by_rows
 from facezip.pack.atlas import from_atlas
 from facezip.pack.checks import atlas_shape
 from facezip.pack.footprint import SLOTS_PER_LAYER
-from facezip.pack.geometry import read_head
+from facezip.pack.geometry import read_head, states_centimetres
 from facezip.pack.manifest import HEAD_FILE, GeometryEntry, Manifest, MapEntry, MasksEntry, TextureEntry, TileEntry
 from facezip.pack.masked import MaskedWeights
 from facezip.pack.model import CompressedTextures
@@ -140,9 +140,12 @@ def _masked(folder: Path, manifest: Manifest, entry: MasksEntry) -> MaskedWeight
 
 
 def _meshes(folder: Path, geometry: GeometryEntry, expressions: tuple[str, ...]) -> Meshes:
+    centimetres = False
     if geometry.files == (HEAD_FILE,):
         try:
-            topology, neutral, vertices = read_head((folder / HEAD_FILE).read_bytes(), expressions)
+            content = (folder / HEAD_FILE).read_bytes()
+            topology, neutral, vertices = read_head(content, expressions)
+            centimetres = states_centimetres(content)
         except GlbFault as fault:
             raise bad_pack(folder, f"'{HEAD_FILE}': {fault}") from None
     else:
@@ -154,7 +157,7 @@ def _meshes(folder: Path, geometry: GeometryEntry, expressions: tuple[str, ...])
         vertices = neutral + deltas.reshape(-1, *neutral.shape)
     if (len(neutral), len(topology.faces)) != (geometry.vertices, geometry.triangles):
         raise bad_pack(folder, "its meshes are not as stated")
-    return Meshes(topology, neutral, vertices)
+    return Meshes(topology, neutral, vertices, centimetres)
 
 
 def _image(folder: Path, file: str, shape: tuple[int, ...], dtype: str, into: Texels | None = None) -> Texels:

@@ -178,7 +178,7 @@ def write_geometry(
     if meshes is None:
         return None
     try:
-        content = head_bytes(name, meshes.topology, meshes.neutral, meshes.vertices, expressions)
+        content = head_bytes(name, meshes.topology, meshes.neutral, meshes.vertices, expressions, meshes.centimetres)
     except (GlbFault, ValueError) as fault:
         raise FaceZipError(ErrorCode.BAD_VALUE, f"{folder}: its meshes cannot be stored: {fault}") from None
     (folder / HEAD_FILE).write_bytes(content)

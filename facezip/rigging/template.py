@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.custom import meshes_in
+from facezip.character.mesh_names import meshes_in
 from facezip.character.scans import NEUTRAL
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.obj import Topology, read_obj
@@ -41,7 +41,7 @@ def load_template(path: str | Path, topology: Topology) -> Template:
     folder = Path(path)
     if not folder.is_dir():
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no such folder; give the template's folder of meshes")
-    meshes, _, _ = meshes_in(folder)
+    meshes = meshes_in(folder).files
     names = tuple(sorted(name for name in meshes if name != NEUTRAL))
     if not names:
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no shapes in it; a template has one NAME.obj per shape")

@@ -122,6 +122,7 @@ def _models() -> Iterator[tuple[str, CompressedTextures]]:
     yield "mesh", model(meshes=sheet())
     yield "mesh-with-a-seam", model(meshes=sheet(seam=True))
     yield "mesh-in-millimetres", model(meshes=sheet(seam=True, scale=1000))
+    yield "mesh-known-to-be-in-centimetres", model(meshes=replace(sheet(seam=True), centimetres=True))
     yield "mesh-with-unused-vertices", model(meshes=sheet(idle=3))
     yield "mesh-that-does-not-move", model(meshes=_unmoved(sheet()))
     yield "mesh-of-far-moves", model(meshes=_far(sheet()))

@@ -29,8 +29,12 @@ EXPORTS = {
     "tiles with gains": ("tiles, one without faces", {}, "godot"),
     "odd names with gains": ("odd names", {}, "godot"),
     "masks with gains": ("masks", {}, "godot"),
+    "several maps in the editor": ("several maps", {}, "godot"),
+    "tiles in the editor with gains": ("tiles, one without faces", {}, "godot"),
 }
+IN_EDITOR, ASKED = "in the editor", b"Engine.is_editor_hint()"
 ALBEDO = {"lit": False, "plain": False, "replace": {}, "behind": ""}
+PLAIN = {**ALBEDO, "plain": True}
 # Another map than the albedo, as light that the head sends out: the inverse of what the renderer makes of light.
 LIGHT = "\nvoid light() { SPECULAR_LIGHT = pow((vec3(%s) + 0.055) / 1.055, vec3(2.4)); }\n"
 # What the renderer makes of a map. Lights see no specular and nothing of maps that it has no place for.
@@ -56,7 +60,7 @@ class Case:
 
 
 def views(surface):
-    found = {"albedo": ALBEDO, "plain": {**ALBEDO, "plain": True}}
+    found = {"albedo": ALBEDO, "plain": PLAIN}
     for kind in surface.maps[1:]:
         value = SEEN.get(kind.name, "shown")
         passed = f"    shown = vec3({PASSED_ON.get(kind.name, '0.0')});\n"
@@ -85,13 +89,19 @@ def make(name, folder):
     if with_gains:
         surface = seen_under(surface, gains, folder / "godot" / place)
     files = imported(folder / "godot" / place, place)
+    if IN_EDITOR in name:
+        # The engine is none here; the script is told that it is.
+        script = files[f"{place}/facezip_head.gd"]
+        assert script.startswith(b"@tool\n")
+        assert ASKED in script
+        files[f"{place}/facezip_head.gd"] = script.replace(ASKED, b"true")
     if glb != "godot":
         files[f"{place}/head.glb"] = (folder / glb / place / "head.glb").read_bytes()
     case = Case(surface, poses(surface.expressions), files, {})
     size = case.expected("albedo", "neutral").shape[:2]
     case.request.update(
         name=place, size=size, folder=f"res://{place}", head=f"res://{place}/head.glb", poses=case.poses,
-        views=views(surface), gains=gains,
+        views={"albedo": ALBEDO, "plain": PLAIN} if IN_EDITOR in name else views(surface), gains=gains,
     )  # fmt: skip
     case.files.update({f"plain/{place}/{pose}": case.expected("albedo", pose).tobytes() for pose in case.poses})
     return case
@@ -160,6 +170,15 @@ def test_the_mesh_has_the_shapes_of_the_pack_by_their_names(shown, case):
     steps = np.broadcast_to(meshes.deltas[:, :1], shapes.shape)
     np.testing.assert_allclose(sorted(map(tuple, vertices)), sorted(map(tuple, meshes.neutral)), atol=1e-6)
     np.testing.assert_allclose(shapes - vertices, steps, atol=1e-6)
+
+
+def test_in_the_editor_nothing_of_it_is_saved_with_the_scene(shown, cases):
+    for name, case in cases.items():
+        saved = shown.meshes[case.request["name"]]["saved"]
+        assert saved["nodes"] == 1
+        assert any("surface_material_override" in one for one in saved["properties"]) == (IN_EDITOR not in name)
+        if IN_EDITOR in name:
+            assert saved["gains"] == {"maps": {}, "expressions": {}, "regions": {}, **case.request["gains"]}
 
 
 def test_only_the_glb_of_unreal_has_a_skin(shown, cases):

@@ -85,11 +85,13 @@ class ExportDocument(TileExport):
 
     Attributes
     ----------
+    notes : what is not usual, for people: the size of a head of an unknown unit.
     files : all others, which are looked at when the last is written.
     sha256 : of the document without this field, as JSON with sorted keys and no spaces.
     output, bytes : the folder, and the bytes of all files; not in the file.
     """
 
+    notes: Sequence[str] = ()
     files: Mapping[str, ExportedFile] = field(default_factory=dict)
     sha256: str = ""
     output: str | None = None
@@ -104,13 +106,14 @@ class TilesDocument(Document):
     ----------
     target, name : as of :class:`TileExport`.
     tiles : by UDIM number; each stands in the folder of its tile, too.
-    files, sha256, output, bytes : as of :class:`ExportDocument`.
+    notes, files, sha256, output, bytes : as of :class:`ExportDocument`.
     """
 
     format: Literal["facezip-export/1"] = "facezip-export/1"
     target: str
     name: str
     tiles: Mapping[str, TileExport]
+    notes: Sequence[str] = ()
     files: Mapping[str, ExportedFile] = field(default_factory=dict)
     sha256: str = ""
     output: str | None = None

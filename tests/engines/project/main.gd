@@ -112,7 +112,18 @@ func _described(face: MeshInstance3D) -> Dictionary:
 			"vertices": _numbers(mesh.surface_get_arrays(surface)[Mesh.ARRAY_VERTEX]),
 			"shapes": shapes.map(func(arrays: Array) -> Array: return _numbers(arrays[Mesh.ARRAY_VERTEX])),
 		})
-	return {"names": names, "surfaces": surfaces, "skinned": face.skin != null}
+	return {"names": names, "surfaces": surfaces, "skinned": face.skin != null, "saved": _saved(face)}
+
+
+## What would be saved of the face with its scene: how many nodes, which of its properties, and its gains.
+func _saved(face: MeshInstance3D) -> Dictionary:
+	var packed := PackedScene.new()
+	packed.pack(face)
+	var state := packed.get_state()
+	var properties := range(state.get_node_property_count(0)).map(
+		func(at: int) -> String: return state.get_node_property_name(0, at)
+	)
+	return {"nodes": state.get_node_count(), "properties": properties, "gains": face.get("gains")}
 
 
 func _numbers(points: PackedVector3Array) -> Array:
@@ -129,6 +140,9 @@ func _pose(face: MeshInstance3D, weights: Dictionary) -> void:
 func _rewrite(face: MeshInstance3D, words: Dictionary) -> void:
 	for surface in face.mesh.get_surface_count():
 		var material: ShaderMaterial = face.get_surface_override_material(surface)
+		if material == null:
+			# In the editor the renderer alone has it.
+			continue
 		if not material.has_meta("code"):
 			material.set_meta("code", material.shader.code)
 		var code: String = material.get_meta("code")

@@ -87,9 +87,9 @@ def test_a_texture_without_a_mesh_is_named(folder):
     [
         ("rougness", "roughness"),
         ("1001x", "1001"),
-        ("Normals", "normal"),
+        ("normel", "normal"),
         ("cavty.1002", "cavity.1002"),
-        ("1001.normal", "normal.1001"),
+        ("1001.normel", "normal.1001"),
         ("final", None),
         ("normal.normal", None),
     ],

@@ -58,6 +58,8 @@ export interface ExportDocument {
   regions?: ExportedRegions;
   /** where weight maps are sums of them. */
   masks?: ExportedMasks;
+  /** what is not usual, for people: the size of a head of an unknown unit. */
+  notes: string[];
   /** all others, which are looked at when the last is written. */
   files: Record<string, ExportedFile>;
   /** of the document without this field, as JSON with sorted keys and no spaces. */
@@ -413,6 +415,8 @@ export interface TilesDocument {
   name: string;
   /** by UDIM number; each stands in the folder of its tile, too. */
   tiles: Record<string, TileExport>;
+  /** as of ExportDocument. */
+  notes: string[];
   /** as of ExportDocument. */
   files: Record<string, ExportedFile>;
   /** as of ExportDocument. */

@@ -1,0 +1,50 @@
+"""What textures show that headers do not say: an expression's that is empty, or turned against the neutral's.
+
+Such a texture is read, and compressed, as any other. So it is asked about.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facezip.character import features
+from facezip.character.alignment import DARK, reduced
+from facezip.character.maps import ALBEDO, Key
+from facezip.character.notes import Note
+from facezip.character.scans import Character, Stack
+
+# Of the range of texels: means of blocks that differ by less are one value.
+ONE_VALUE = 1 / 1024
+# As high a share of it at most is black.
+BLACK = 1 / 255
+
+
+def seen(character: Character) -> tuple[Note, ...]:
+    """Notes on textures of expressions that are of one value, or turned; none where the neutral's is of one value."""
+    return tuple(note for key, stack in character.stacks.items() for note in _of_stack(character, key, stack))
+
+
+def _of_stack(character: Character, key: Key, stack: Stack) -> Iterator[Note]:
+    factor = -(-max(stack.resolution) // features.SIDE)
+    neutral = _small(stack.neutral, stack.scale, factor)
+    if np.ptp(neutral) < ONE_VALUE:
+        return
+    map, tile = key
+    where = f"{map} on tile {tile}" if len(character.tiles) > 1 else map
+    for n, name in enumerate(character.expressions):
+        other = _small(stack.textures[n], stack.scale, factor)
+        if np.ptp(other) < ONE_VALUE:
+            colour = "black" if map == ALBEDO and other.max() <= BLACK else "of one value"
+            yield Note(
+                name, f"its {where} is {colour} everywhere, and the neutral's is not; is it the right file?", True
+            )
+        elif map == ALBEDO and (how := features.turned(*(np.log(each + DARK) for each in (neutral, other)))):
+            words = f"its {where} is {how} against the neutral's; turn the image, or export it again"
+            yield Note(name, words, asks=True)
+
+
+def _small(texels: NDArray[np.generic], scale: np.float32, factor: int) -> NDArray[np.float32]:
+    """Means over channels and blocks of texels, in [0, 1]."""
+    values: NDArray[np.float32] = reduced(np.ascontiguousarray(texels), factor) * scale
+    return values

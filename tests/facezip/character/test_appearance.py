@@ -1,0 +1,78 @@
+"""A texture that is empty, or turned against the neutral's, is asked about; one that only shows another face is not."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from facezip.character.appearance import seen
+from facezip.character.features import FLIPS
+from facezip.character.loading import load_character
+from facezip.character.tiles import FIRST_TILE
+from scenes.character import make_character
+from scenes.tiles import in_tiles
+
+CAPTURE = Path(__file__).parents[4] / "shared" / "data" / "capture_a"
+MAPS = ("normal", "roughness")
+
+
+@pytest.fixture(scope="module")
+def people():
+    """Different people with the noise and the misregistration of a bad capture, and all expressions that have names."""
+    return [make_character(128, 20, seed, nuisances=2, maps=() if seed else MAPS) for seed in (0, 3)]
+
+
+def changed(character, n, change, map="albedo", tile=FIRST_TILE):
+    """The character with one texture of one expression changed."""
+    stack = character.stacks[map, tile]
+    textures = stack.textures.copy()
+    textures[n] = change(textures[n])
+    return replace(character, stacks={**character.stacks, (map, tile): replace(stack, textures=textures)})
+
+
+def test_expressions_are_not_accused_of_what_they_show(people):
+    for character in people:
+        for tiles in ((1, 1), (2, 1)):
+            assert seen(in_tiles(character, *tiles)) == ()
+
+
+def test_a_real_capture_has_nothing_of_the_kind():
+    if not CAPTURE.is_dir():
+        pytest.skip("real scans lie in ../shared, which is not here")
+    assert seen(load_character(CAPTURE)) == ()
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 1), st.integers(0, 19), st.sampled_from([*FLIPS]))
+def test_a_turned_texture_is_named_with_how_it_lies(people, person, n, how):
+    character = people[person]
+    (note,) = seen(changed(character, n, lambda texels: texels[FLIPS[how]]))
+    assert note.file == character.expressions[n]
+    assert note.words.startswith(f"its albedo is {how} against")
+    assert note.asks
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 19), st.sampled_from(["albedo", *MAPS]), st.sampled_from([0, 1, 90]))
+def test_a_texture_of_one_value_is_named(people, n, map, value):
+    character = people[0]
+    (note,) = seen(changed(character, n, lambda texels: np.full_like(texels, value), map))
+    colour = "black" if map == "albedo" and value < 90 else "of one value"
+    assert note.file == character.expressions[n]
+    assert note.words.startswith(f"its {map} is {colour} everywhere")
+    assert note.asks
+
+
+def test_a_map_that_is_one_value_in_all_of_them_is_a_map_without_changes(people):
+    stack = people[0].stacks["roughness", FIRST_TILE]
+    flat = replace(stack, neutral=np.full_like(stack.neutral, 7), textures=np.full_like(stack.textures, 9))
+    assert seen(replace(people[0], stacks={**people[0].stacks, ("roughness", FIRST_TILE): flat})) == ()
+
+
+def test_what_is_turned_on_one_of_several_tiles_is_told_with_its_tile(people):
+    character = in_tiles(people[1], 2, 1)
+    (note,) = seen(changed(character, 4, lambda texels: texels[::-1], tile=1002))
+    assert "albedo on tile 1002 is upside down" in note.words
