@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 
@@ -12,8 +13,9 @@ from facezip import ErrorCode, FaceZipError, compress
 from facezip.pack.manifest import FILE_NAME
 from facezip.pack.parsing import read_manifest
 from facezip.pack.read import read_pack
-from facezip.pack.verification import stored
+from facezip.pack.verification import stored, verify_pack
 from facezip.pack.write import write_pack
+from tests.facezip.conftest import random_model
 from tests.facezip.surfaces import random_surface
 
 DATA = Path(__file__).parents[2] / "data"
@@ -208,3 +210,26 @@ def test_the_footprint_counts_what_a_reader_gets(path):
     assert footprint.geometry == sum((path / name).stat().st_size for name in manifest.geometry.files)
     sizes = [(texture.height, texture.width, texture.channels) for texture in footprint.tiles[0]]
     assert sizes[0] == first.neutral.shape
+
+
+def test_a_pack_without_meshes_costs_none(tmp_path):
+    write_pack(random_model(), tmp_path / "me.facezip")
+    assert read_manifest(tmp_path / "me.facezip").footprint.geometry == 0
+
+
+def test_a_name_of_64_zeros_and_one_of_any_script_stand_there_as_they_are(tmp_path):
+    """The field of the checksum is filled in once, and names are UTF-8."""
+    made_with = {"by": "0" * 64}
+    write_pack(random_model(), tmp_path / "me.facezip", name="Ærøskøbing 顔", made_with=made_with)
+    manifest = verify_pack(tmp_path / "me.facezip")
+    assert manifest.made_with == made_with
+    assert "Ærøskøbing 顔".encode() in (tmp_path / "me.facezip" / FILE_NAME).read_bytes()
+
+
+def test_a_tile_that_lacks_a_map_is_no_shorter_list(whole):
+    manifest = read_manifest(whole)
+    tile = replace(manifest.tiles[0], textures=manifest.tiles[0].textures[:1])
+    with pytest.raises(ValueError, match="shorter"):
+        replace(manifest, tiles=(tile,)).entries()
+    with pytest.raises(ValueError, match="shorter"):
+        _ = replace(manifest, tiles=(tile,)).footprint
