@@ -28,7 +28,7 @@ class Mutant:
     line : of the source.
     tree : of the whole module.
     of_module : whether a constant of the module is another one.
-    recompiled : the module's kernels that it changes.
+    recompiled : the module's compiled functions that it changes.
     """
 
     name: str
@@ -61,7 +61,7 @@ def mutants(source: str) -> Iterator[Mutant]:
 
 
 def _recompiled(tree: ast.Module, function: str) -> set[str]:
-    """Kernels that hold what changes in a function: constants and what only they call are a part of all of them."""
+    """Compiled functions that a change in a function changes: constants, and what only they call, are a part of all."""
     decorated = {
         node.name: {
             of.func.id for of in node.decorator_list if isinstance(of, ast.Call) and isinstance(of.func, ast.Name)
@@ -69,7 +69,7 @@ def _recompiled(tree: ast.Module, function: str) -> set[str]:
         for node in tree.body
         if isinstance(node, ast.FunctionDef)
     }
-    compiled = {name for name, by in decorated.items() if "kernel" in by}
+    compiled = {name for name, by in decorated.items() if by & {"kernel", "inner"}}
     shared = function == "module" or "inner" in decorated.get(function, ())
     return compiled if shared else compiled & {function}
 

@@ -28,12 +28,20 @@ def replace(module: ModuleType, mutant: Mutant) -> None:
         function.__code__ = mutated[name].__code__
         function.__defaults__, function.__kwdefaults__ = mutated[name].__defaults__, mutated[name].__kwdefaults__
     for name in mutant.recompiled:
-        # Numba's cache does not see a constant that is another one: what differs is compiled for this process.
-        vars(module)[name]._cache = NullCache()
+        compiled = vars(module)[name]
+        compiled._make_finalizer()()
+        compiled._reset_overloads()
     if mutant.of_module:
         for name, value in fresh.items():
             if not name.startswith("__") and not _is_code(value):
                 _set_everywhere(name, vars(module)[name], value)
+
+
+def compile_here(module: ModuleType) -> None:
+    """Without numba's cache, which does not see a constant that is another one."""
+    for value in vars(module).values():
+        if isinstance(value, Dispatcher) and value.__module__ == module.__name__:
+            value._cache = NullCache()
 
 
 def _functions(names: dict[str, Any], module: str) -> Iterator[tuple[str, FunctionType]]:

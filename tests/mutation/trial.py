@@ -1,27 +1,28 @@
 """Mutants of one module under its tests: collected once, then run in a fork of the process for each mutant."""
 
+import faulthandler
 import math
 import multiprocessing
 import os
 import resource
 import sys
-import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout
-from dataclasses import dataclass, field
 from io import StringIO
 from multiprocessing.connection import Connection
-from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import process_time
 from unittest import mock
 
 import hypothesis
 import numba
+import OpenImageIO
 import pytest
 
 from facezip.machine import kernels
 from tests.mutation.operators import Mutant
-from tests.mutation.replacing import replace
+from tests.mutation.replacing import compile_here, replace
 
 # Where a mutant waits for ever; one that computes for ever has used up its processor time before.
 SECONDS = 900
@@ -29,35 +30,25 @@ SECONDS = 900
 MEMORY = 8 * 2**30
 # Pytest would rewrite the asserts of a plugin's modules, and read their files for that.
 OPTIONS = ["-q", "-p", "no:cacheprovider", "--assert=plain", "--hypothesis-profile=mutation"]
+OPTIONS += ["--override-ini=tmp_path_retention_policy=none"]
 
 # Of a mutant: its name, and the test that failed, "" where all passed.
 Tell = Callable[[str, str], None]
 
 
-@dataclass
-class Outcome:
-    """What the tests said; without words of theirs where a mutant ended the process.
-
-    Attributes
-    ----------
-    failed : the test, and "" where all passed.
-    took : seconds of each test.
-    cpu : seconds of processor time of all.
-    """
-
-    failed: str = "the process"
-    took: dict[str, float] = field(default_factory=dict)
-    cpu: float = 0.0
-
-
-def try_all(module: str, mutants: Sequence[Mutant], tests: Sequence[Path], tell: Tell) -> None:
+def try_all(module: str, mutants: Sequence[Mutant], tests: Sequence[str], tell: Tell) -> None:
     """Run the tests of a module for each mutant until one fails."""
     hypothesis.settings.register_profile(
         "mutation", database=None, derandomize=True, phases=[hypothesis.Phase.explicit, hypothesis.Phase.generate]
     )
     said = StringIO()
-    with redirect_stdout(said):
-        code = pytest.main([*OPTIONS, *map(str, tests)], plugins=[_Trials(module, mutants, tell)])
+    # Compiling takes longer than what is compiled. What reads beside an array would fail at times.
+    numba.config.OPT, numba.config.BOUNDSCHECK = numba.core.config._OptLevel(0), 1
+    # Its threads are not in a fork, and are waited for there.
+    OpenImageIO.attribute("threads", 1)
+    with redirect_stdout(said), TemporaryDirectory() as folder:
+        options = [*OPTIONS, f"--basetemp={folder}/tests", *tests]
+        code = pytest.main(options, plugins=[_Trials(module, mutants, tell)])
     if code:
         sys.exit(f"{module}: its tests do not pass without a mutant:\n{said.getvalue()}")
 
@@ -78,57 +69,53 @@ class _Trials:
     def pytest_runtestloop(self, session: pytest.Session) -> bool | None:
         if session.testsfailed:
             return None
-        itself = self._outcome(session.items, None, 10 * SECONDS)
-        if itself.failed or not itself.took:
-            session.shouldfail = itself.failed
-            raise session.Failed(itself.failed)
+        compile_here(sys.modules[self.module])
+        # Of the module itself, in this process: what its tests load and compile is there for all forks.
+        self._run(session.items)
+        if self.failed:
+            raise session.Failed(self.failed)
+        took, cpu = self.took.copy(), int(5 * process_time()) + 20
         for mutant in self.mutants:
             # Those that found most in the least time come first; others stay beside those of the same fixtures.
-            order = sorted(session.items, key=lambda item: self._worth(item.nodeid, itself.took))
-            failed = self._outcome(order, mutant, int(5 * itself.cpu) + 20).failed
+            order = sorted(session.items, key=lambda item: self._worth(took[item.nodeid], self.found[item.nodeid]))
+            failed = self._fork(order, mutant, cpu)
             self.found[failed] += 1
             self.tell(mutant.name, failed)
         return True
 
-    def _worth(self, test: str, took: dict[str, float]) -> int:
-        return round(math.log2(max(took.get(test, 0.0), 0.1) / (1 + self.found[test])))
+    @staticmethod
+    def _worth(took: float, found: int) -> int:
+        return round(math.log2(max(took, 0.1) / (1 + found)))
 
-    def _outcome(self, items: Sequence[pytest.Item], mutant: Mutant | None, cpu: int) -> Outcome:
+    def _fork(self, items: Sequence[pytest.Item], mutant: Mutant, cpu: int) -> str:
+        """The test that fails."""
         ours, theirs = multiprocessing.Pipe(duplex=False)
-        with tempfile.TemporaryDirectory() as folder:
-            child = multiprocessing.get_context("fork").Process(
-                target=self._run, args=(items, mutant, cpu, folder, theirs)
-            )
-            child.start()
-            theirs.close()
-            child.join(SECONDS)
-            child.kill()
-            child.join()
+        fork = multiprocessing.get_context("fork")
+        child = fork.Process(target=self._run_mutated, args=(items, mutant, cpu, theirs))
+        child.start()
+        theirs.close()
+        child.join(SECONDS)
+        child.kill()
+        child.join()
         try:
-            return ours.recv()
+            return str(ours.recv())
         except EOFError:
-            return Outcome()
+            return "the process"
 
-    def _run(
-        self, items: Sequence[pytest.Item], mutant: Mutant | None, cpu: int, folder: str, result: Connection
-    ) -> None:
-        os.environ["PYTEST_DEBUG_TEMPROOT"] = folder
+    def _run_mutated(self, items: Sequence[pytest.Item], mutant: Mutant, cpu: int, failed: Connection) -> None:
+        faulthandler.disable()
         resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
         resource.setrlimit(resource.RLIMIT_CPU, (cpu, cpu))
-        # Other modules' kernels come from the cache, but none that a mutant's constants are in goes there.
+        # None that a mutant's constants are in goes to other processes.
         mock.patch.object(kernels._Cache, "save_overload").start()
-        if mutant:
-            # Compiling takes longer than what is compiled.
-            numba.config.OPT = numba.core.config._OptLevel(0)
-            replace(sys.modules[self.module], mutant)
-        for item, following in _pairs(items):
+        replace(sys.modules[self.module], mutant)
+        self._run(items)
+        failed.send(self.failed)
+        os._exit(0)
+
+    def _run(self, items: Sequence[pytest.Item]) -> None:
+        """Until one fails."""
+        for item, following in zip(items, [*items[1:], None], strict=True):
             item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
             if self.failed:
                 break
-        used = resource.getrusage(resource.RUSAGE_SELF)
-        result.send(Outcome(self.failed, dict(self.took), used.ru_utime + used.ru_stime))
-        os._exit(0)
-
-
-def _pairs(items: Sequence[pytest.Item]) -> Iterator[tuple[pytest.Item, pytest.Item | None]]:
-    yield from zip(items, [*items[1:], None], strict=True)
