@@ -23,7 +23,7 @@ FIT = "tests/facezip/fit"
 TESTS = {
     "facezip.pack.manifest": PACK,
     "facezip.pack.parsing": PACK,
-    "facezip.pack.checks": PACK,
+    "facezip.pack.checks": ["tests/facezip/pack/test_checks.py", *PACK[:1]],
     "facezip.pack.verification": ["tests/facezip/pack/test_packs.py"],
     "facezip.pack.quantise": ["tests/facezip/pack/test_quantise.py", *PACK[1:]],
     "facezip.fit.sweep": [
