@@ -159,10 +159,12 @@ def test_exposure_changes_no_probability():
 def test_blocks_sum_what_they_cover(scale, shape):
     image = np.random.default_rng(0).random((*shape, 2))
     step = max(scale // 2, 1)
-    sums = block_sums(image, scale)
+    sums, covered = block_sums(image, scale), np.zeros(shape, bool)
     for row, column in np.ndindex(*sums.shape[:2]):
         y, x = row * step, column * step
+        covered[y : y + scale, x : x + scale] = True
         np.testing.assert_allclose(sums[row, column], image[y : y + scale, x : x + scale].sum(axis=(0, 1)))
+    assert covered.all()
 
 
 def test_ratios_of_gaussian_noise_have_their_variance():
@@ -305,6 +307,13 @@ def test_the_sum_of_squares_of_gaussian_noise_is_a_chi_square_of_what_is_drawn()
     assert found == pytest.approx(stats.chi2.sf(np.square(ratios.values).sum(), ratios.values.size))
     padded = np.concatenate([ratios.values, np.zeros_like(ratios.values)])
     assert theoretical_tail("sum_1", value / 2, Ratios(padded, np.ones_like(padded))) == pytest.approx(found)
+
+
+def test_the_square_of_one_ratio_is_as_likely_as_the_ratio():
+    values = np.zeros((2, 2, 3))
+    values[1, 0, 2] = -2.5
+    found = theoretical_tail("sum_1", np.square(values).mean(), Ratios(values, np.ones_like(values)))
+    assert found == pytest.approx(2 * stats.norm.sf(2.5))
 
 
 def test_where_nothing_is_drawn_no_difference_is_certain():
