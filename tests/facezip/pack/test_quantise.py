@@ -52,13 +52,15 @@ def test_rounded_weights_stay_as_they_are_when_rounded_again():
     assert all(len(np.unique(np.round(once[..., i], 5))) <= 256 for i in range(3))
 
 
-def test_of_evenly_spread_values_the_best_range_is_that_of_calculus():
-    """For |d| even in 0..1: r² / (12 · 127²) of steps and (1 - r)³ / 3 of what is cut off are least at this r."""
-    values = np.linspace(-1, 1, 512 * 512, dtype=np.float32).reshape(1, 512, 512, 1)
-    r = np.linspace(0.9, 1, 100001)
-    expected = r[np.argmin((r / STEPS) ** 2 / 12 + (1 - r) ** 3 / 3)]
-    chosen = best_ranges(np.concatenate([values, 3 * values]), np.ones((512, 512), np.float32))[:, 0]
-    np.testing.assert_allclose(chosen, [expected, 3 * expected], rtol=1 / 2048)
+@pytest.mark.parametrize("law", [lambda p: 1 - p, lambda p: -np.log(p)], ids=["even", "exponential"])
+def test_no_other_range_costs_less(law):
+    """What steps of a range cost, r² / (12 · 127²), and what it cuts off, by trying two ranges for each bin."""
+    size = law((np.arange(256 * 256) + 0.5) / 256**2)
+    values = (size * np.where(np.arange(256 * 256) % 2, 1, -1)).astype(np.float32).reshape(1, 256, 256, 1)
+    tried = size.max() * np.arange(2049, 4097) / 4096
+    costs = [np.square(np.maximum(size - r, 0)).mean() + (r / STEPS) ** 2 / 12 for r in tried]
+    chosen = best_ranges(np.concatenate([values, 3 * values]), np.ones((256, 256), np.float32))[:, 0]
+    np.testing.assert_allclose(chosen / [1, 3], tried[np.argmin(costs)], rtol=0, atol=size.max() / 2048)
 
 
 def test_a_texture_of_nothing_has_a_range_still():
