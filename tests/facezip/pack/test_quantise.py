@@ -54,13 +54,13 @@ def test_rounded_weights_stay_as_they_are_when_rounded_again():
 
 @pytest.mark.parametrize("law", [lambda p: 1 - p, lambda p: -np.log(p)], ids=["even", "exponential"])
 def test_no_other_range_costs_less(law):
-    """What steps of a range cost, r² / (12 · 127²), and what it cuts off, by trying two ranges for each bin."""
+    """What steps of a range cost, r² / (12 · 127²), and what it cuts off, tried twice a bin, in any unit."""
     size = law((np.arange(256 * 256) + 0.5) / 256**2)
     values = (size * np.where(np.arange(256 * 256) % 2, 1, -1)).astype(np.float32).reshape(1, 256, 256, 1)
     tried = size.max() * np.arange(2049, 4097) / 4096
     costs = [np.square(np.maximum(size - r, 0)).mean() + (r / STEPS) ** 2 / 12 for r in tried]
-    chosen = best_ranges(np.concatenate([values, 3 * values]), np.ones((256, 256), np.float32))[:, 0]
-    np.testing.assert_allclose(chosen / [1, 3], tried[np.argmin(costs)], rtol=0, atol=size.max() / 2048)
+    chosen = best_ranges(np.concatenate([values / 100, 3 * values]), np.ones((256, 256), np.float32))[:, 0]
+    np.testing.assert_allclose(chosen * [100, 1 / 3], tried[np.argmin(costs)], rtol=0, atol=size.max() / 2048)
 
 
 def test_a_texture_of_nothing_has_a_range_still():
@@ -131,6 +131,12 @@ def test_a_range_that_is_given_counts_and_one_that_is_not_is_found():
     assert (again.offset[0], again.span[0]) == (-1, 4)
     np.testing.assert_array_equal(again.texels[..., 1], stored.texels[..., 1])
     np.testing.assert_allclose(again.values[..., 0], stored.values[..., 0], atol=0.51 * 4 / 255)
+
+
+def test_weights_beyond_a_given_range_are_at_its_ends():
+    ranges = np.array([[0], [1]], np.float32)
+    stored = quantise_weights(np.array([-0.2, 0, 1, 1.004, 1.2], np.float32).reshape(1, 1, 5, 1), ranges)
+    assert stored.texels.ravel().tolist() == [0, 0, 255, 255, 255]
 
 
 def test_weights_that_are_all_the_same_stay_so():
