@@ -63,6 +63,11 @@ def test_no_other_range_costs_less(law):
     np.testing.assert_allclose(chosen * [100, 1 / 3], tried[np.argmin(costs)], rtol=0, atol=size.max() / 2048)
 
 
+def test_values_of_one_size_are_the_range():
+    values = np.where(np.arange(64) % 2, 0.7, -0.7).astype(np.float32).reshape(1, 8, 8, 1)
+    assert best_ranges(values, np.ones((8, 8), np.float32))[0, 0] == np.float32(0.7)
+
+
 def test_a_texture_of_nothing_has_a_range_still():
     """Which no division by it overflows."""
     chosen = best_ranges(np.zeros((1, 8, 8, 3), np.float32), np.ones((8, 8), np.float32))
