@@ -10,10 +10,11 @@ import json
 import random
 import sys
 import tomllib
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
-from tests.mutation.operators import mutants
+from tests.mutation.operators import Mutant, mutants
 from tests.mutation.replacing import file_of
 from tests.mutation.trial import try_all
 
@@ -51,6 +52,8 @@ def main() -> None:
     options = parser.parse_args()
     known: Found = tomllib.loads(SURVIVORS.read_text(encoding="utf-8"))
     found: Found = json.loads(FOUND.read_text(encoding="utf-8")) if FOUND.is_file() else {}
+    if unknown := known.keys() - TESTS:
+        sys.exit(f"{SURVIVORS}: no module here: {', '.join(unknown)}")
     faults, lines = 0, []
     for module in options.modules:
         every = {mutant.name: mutant for mutant in mutants(file_of(module).read_text(encoding="utf-8"))}
@@ -60,22 +63,26 @@ def main() -> None:
             drawn = random.Random(0).sample(drawn, min(options.sample, len(drawn)))
         found[module] = before
         try_all(module, drawn, TESTS[module], partial(_keep, found, module))
-        reasons, tried = known.get(module, {}), found[module]
-        alive = [name for name, test in tried.items() if not test]
-        unexplained = [name for name in alive if name not in reasons]
-        stale = [name for name in reasons if name not in every or tried.get(name)]
-        for name in unexplained:
-            print(f"  {file_of(module)}:{every[name].line}: NOT EXPLAINED: {name}")
-        for name in stale:
-            print(f"  {SURVIVORS}: NOT ALIVE: {module}: {name}")
-        part = 1 - len(alive) / max(len(tried), 1)
-        faults += len(unexplained) + len(stale) + (part < KILLED)
-        lines.append(
-            f"| `{module}` | {len(tried)} of {len(every)} | {len(tried) - len(alive)} | "
-            f"{len(alive) - len(unexplained)} | {part:.0%} |"
-        )
+        words, line = _judged(module, every, found[module], known.get(module, {}))
+        faults += len(words)
+        lines.append(line)
+        for each in words:
+            print(each, flush=True)
     print("\n".join(["| module | mutants tried | killed | explained | killed |", "|---|---|---|---|---|", *lines]))
     sys.exit(1 if faults else 0)
+
+
+def _judged(
+    module: str, every: Mapping[str, Mutant], tried: Mapping[str, str], reasons: Mapping[str, str]
+) -> tuple[list[str], str]:
+    """What is wrong, and the module's line of the table."""
+    alive = [name for name, test in tried.items() if not test]
+    explained = [name for name in alive if name in reasons]
+    killed, part = len(tried) - len(alive), 1 - len(alive) / max(len(tried), 1)
+    wrong = [f"{file_of(module)}:{every[name].line}: NOT EXPLAINED: {name}" for name in alive if name not in reasons]
+    wrong += [f"{SURVIVORS}: NOT ALIVE: {name}" for name in reasons if name not in every or tried.get(name)]
+    wrong += [f"{module}: FEWER THAN {KILLED:.0%} KILLED"] if part < KILLED else []
+    return wrong, f"| `{module}` | {len(tried)} of {len(every)} | {killed} | {len(explained)} | {part:.0%} |"
 
 
 def _keep(found: Found, module: str, mutant: str, test: str) -> None:
