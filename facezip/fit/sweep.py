@@ -66,7 +66,7 @@ def weight_system(
     grid, ridge = _sampling(samples, weights), _ridge(weights)
     system = WeightSystem.zeros(weights.shape)
     little = np.float32(LITTLE * samples.importance.max())
-    given = np.empty((0, 1, 1, 1), np.float32) if textures is None else textures
+    given = np.empty((0,) * 4, np.float32) if textures is None else textures
 
     def block(top: int, bottom: int) -> tuple[int, WeightSystem]:
         begin, end = int(grid.rows.first[top]), int(grid.rows.second[bottom - 1]) + 1
@@ -192,7 +192,7 @@ class _Strip(NamedTuple):
 
 @inner()
 def _strip(slots: int, channels: int, count: int) -> _Strip:
-    all_rows, abreast = max(slots + channels, ABREAST), (count + ABREAST - 1) // ABREAST * ABREAST
+    all_rows, abreast = max(slots + channels, ABREAST), -(-count // ABREAST) * ABREAST
     return _Strip(
         np.empty((slots, count, LANES), np.float32),
         np.empty((slots, count, LANES), np.float32),

@@ -48,7 +48,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("modules", nargs="*", metavar="MODULE", default=[*TESTS], help=", ".join(TESTS))
     parser.add_argument("--sample", type=int, help="so many mutants of each module, drawn at random, not all")
-    parser.add_argument("--alive", action="store_true", help="only those that the last run did not kill")
+    parser.add_argument("--alive", action="store_true", help="only those that the last run left alive without a reason")
     options = parser.parse_args()
     known: Found = tomllib.loads(SURVIVORS.read_text(encoding="utf-8"))
     found: Found = json.loads(FOUND.read_text(encoding="utf-8")) if FOUND.is_file() else {}
@@ -58,12 +58,13 @@ def main() -> None:
     for module in options.modules:
         every = {mutant.name: mutant for mutant in mutants(file_of(module).read_text(encoding="utf-8"))}
         before = {name: test for name, test in found.get(module, {}).items() if name in every and options.alive}
-        drawn = [mutant for name, mutant in every.items() if not before.get(name)]
+        reasons = known.get(module, {})
+        drawn = [mutant for name, mutant in every.items() if not (before.get(name) or name in before.keys() & reasons)]
         if options.sample is not None:
             drawn = random.Random(0).sample(drawn, min(options.sample, len(drawn)))
         found[module] = before
         try_all(module, drawn, TESTS[module], partial(_keep, found, module))
-        words, line = _judged(module, every, found[module], known.get(module, {}))
+        words, line = _judged(module, every, found[module], reasons)
         faults += len(words)
         lines.append(line)
         for each in words:

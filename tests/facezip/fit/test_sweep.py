@@ -157,3 +157,13 @@ def test_a_texture_makes_up_for_what_a_later_one_lost(character):
     ridge = RIDGE * np.square(weights).sum() / 16
     best = np.einsum("pn,npc->pc", sampled[:, 0], rest) / (np.square(sampled[:, 0]).sum(axis=1) + ridge)[:, None]
     np.testing.assert_allclose(solve_texture(samples, weights, textures, 0).reshape(-1, 3), best, rtol=1e-4, atol=1e-5)
+
+
+def test_a_locked_texture_stays_in_whatever_slot_it_is():
+    """Over several blocks of rows; the others change with the slots of their weights."""
+    samples, weights = samples_of(random_character(side=70).first), random_weights(4, 3, 5)
+    locked = np.random.default_rng(1).normal(0, 0.1, samples.neutral.shape).astype(np.float32)
+    first = solve_textures(samples, weights, locked={0: locked})
+    second = solve_textures(samples, np.roll(weights, 1, axis=1), locked={1: locked})
+    np.testing.assert_array_equal(first[0], locked)
+    np.testing.assert_allclose(second, np.roll(first, 1, axis=0), rtol=1e-4, atol=1e-5)
