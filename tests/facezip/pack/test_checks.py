@@ -52,10 +52,10 @@ def uniform():
     return listed(replace(m, tiles=tiles, uniform_weights=((0.5, 0.5),) * 3))
 
 
-def masked(count=6):
-    m = stored()
+def masked(count=6, numbers=(1001, 1002)):
+    m = stored(numbers=numbers)
     names = tuple(f"m{k}" for k in range(count))
-    masks = MasksEntry(names, ("masks.1001.png", "masks.1002.png"), "activations.f16", False)
+    masks = MasksEntry(names, tuple(f"masks.{number}.png" for number in numbers), "activations.f16", False)
     columns = max(1, min(2, masks.fours))
     tiles = tuple(replace(tile, weights=(), weight_columns=columns) for tile in m.tiles)
     return listed(replace(m, masks=masks, tiles=tiles))
@@ -115,7 +115,7 @@ def with_masks(m=None, **changes):
     return listed(replace(m, masks=replace(m.masks, **changes)))
 
 
-@pytest.mark.parametrize("m", [stored(), uniform(), masked(), plain(geometry=None)])
+@pytest.mark.parametrize("m", [stored(), uniform(), masked(), masked(numbers=(1001,)), plain(geometry=None)])
 def test_what_the_format_allows_is_in_range(m):
     assert first_out_of_range(m) is None
 
