@@ -69,7 +69,7 @@ def main() -> None:
         lines.append(line)
         for each in words:
             print(each, flush=True)
-    print("\n".join(["| module | mutants tried | killed | explained | killed |", "|---|---|---|---|---|", *lines]))
+    print("\n".join(["| module | mutants | killed | explained | share |", "|---|---|---|---|---|", *lines]))
     sys.exit(1 if faults else 0)
 
 
@@ -83,7 +83,8 @@ def _judged(
     wrong = [f"{file_of(module)}:{every[name].line}: NOT EXPLAINED: {name}" for name in alive if name not in reasons]
     wrong += [f"{SURVIVORS}: NOT ALIVE: {name}" for name in reasons if name not in every or tried.get(name)]
     wrong += [f"{module}: FEWER THAN {KILLED:.0%} KILLED"] if part < KILLED else []
-    return wrong, f"| `{module}` | {len(tried)} of {len(every)} | {killed} | {len(explained)} | {part:.0%} |"
+    count = len(every) if len(tried) == len(every) else f"{len(tried)} of {len(every)}"
+    return wrong, f"| `{module}` | {count} | {killed} | {len(explained)} | {part:.0%} |"
 
 
 def _keep(found: Found, module: str, mutant: str, test: str) -> None:

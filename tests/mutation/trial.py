@@ -46,7 +46,9 @@ def try_all(module: str, mutants: Sequence[Mutant], tests: Sequence[str], tell: 
     numba.config.OPT, numba.config.BOUNDSCHECK = numba.core.config._OptLevel(0), 1
     # Its threads are not in a fork, and are waited for there.
     OpenImageIO.attribute("threads", 1)
-    with redirect_stdout(said), TemporaryDirectory() as folder:
+    # Kernels come from the cache, but none that is compiled so, or of a mutant, goes there.
+    unsaved = mock.patch.object(kernels._Cache, "save_overload")
+    with redirect_stdout(said), unsaved, TemporaryDirectory() as folder:
         options = [*OPTIONS, f"--basetemp={folder}/tests", *tests]
         code = pytest.main(options, plugins=[_Trials(module, mutants, tell)])
     if code:
@@ -106,8 +108,6 @@ class _Trials:
         faulthandler.disable()
         resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
         resource.setrlimit(resource.RLIMIT_CPU, (cpu, cpu))
-        # None that a mutant's constants are in goes to other processes.
-        mock.patch.object(kernels._Cache, "save_overload").start()
         replace(sys.modules[self.module], mutant)
         self._run(items)
         failed.send(self.failed)
