@@ -71,7 +71,7 @@ def weight_system(
     grid, ridge = _sampling(samples, weights), _ridge(weights)
     system = WeightSystem.zeros(weights.shape)
     little = np.float32(LITTLE * samples.importance.max())
-    given = np.empty((0, 1, 1, 1), np.float32) if textures is None else textures
+    given = np.empty((0,) * 4, np.float32) if textures is None else textures
     visited = visited_strips(np.ones((len(weights), weights.shape[3]), np.bool_) if moving is None else moving, grid)
 
     def block(top: int, bottom: int) -> tuple[int, WeightSystem]:
@@ -203,7 +203,7 @@ class _Strip(NamedTuple):
 
 @inner()
 def _strip(slots: int, channels: int, count: int) -> _Strip:
-    all_rows, abreast = max(slots + channels, ABREAST), (count + ABREAST - 1) // ABREAST * ABREAST
+    all_rows, abreast = max(slots + channels, ABREAST), -(-count // ABREAST) * ABREAST
     return _Strip(
         np.empty((slots, count, LANES), np.float32),
         np.empty((slots, count, LANES), np.float32),

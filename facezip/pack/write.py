@@ -82,7 +82,11 @@ def write_pack(
 def checked_content(path: Path, manifest: Manifest) -> bytes:
     """The manifest's bytes, if a reader will take them."""
     wrong = first_out_of_range(manifest)
-    content = b"" if wrong else manifest.to_bytes()
+    try:
+        content = b"" if wrong else manifest.to_bytes()
+    except (TypeError, ValueError, RecursionError):
+        # All other fields are names and finite numbers by now.
+        content, wrong = b"", "made_with"
     if wrong or len(content) > MAX_BYTES:
         raise FaceZipError(
             ErrorCode.BAD_VALUE,

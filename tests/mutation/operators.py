@@ -1,6 +1,7 @@
 """Small faults that a programmer makes, one at a time, in the syntax tree of a module."""
 
 import ast
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -22,29 +23,67 @@ class Mutant:
 
     Attributes
     ----------
-    name : function, and the expression before and after: what a list of survivors says, whatever its line.
+    name : function, and the expression before and after, which one where there are several: what a list of survivors
+        says, whatever its line.
     line : of the source.
     tree : of the whole module.
+    of_module : whether a constant of the module is another one.
+    recompiled : the module's compiled functions that it changes.
     """
 
     name: str
     line: int
     tree: ast.Module
+    of_module: bool
+    recompiled: set[str]
 
 
 def mutants(source: str) -> Iterator[Mutant]:
     """Every mutant of a module."""
     whole = ast.parse(source)
-    names, left_alone = _functions(whole), _left_alone(whole)
+    names, left_alone, shown = _functions(whole), _left_alone(whole), _shown(whole)
+    seen: Counter[str] = Counter()
     for place, node in enumerate(ast.walk(whole)):
         for variant in range(0 if id(node) in left_alone else 2):
+            if _change(node, variant) is None:
+                continue
             tree = ast.parse(source)
-            changed = next(node for at, node in enumerate(ast.walk(tree)) if at == place)
-            change = _change(changed, variant)
-            if change is not None:
-                change()
-                name = f"{names[place]}: {ast.unparse(node)} → {ast.unparse(changed)}"
-                yield Mutant(name, changed.lineno, _without_cache(ast.fix_missing_locations(tree)))
+            nodes = [*ast.walk(tree)]
+            around = nodes[shown[place]]
+            before, change = ast.unparse(around), _change(nodes[place], variant)
+            change()
+            name = f"{names[place]}: {before} → {ast.unparse(around)}"
+            seen[name] += 1
+            if seen[name] > 1:
+                name += f" ({seen[name]})"
+            of_module, recompiled = names[place] == "module", _recompiled(whole, names[place])
+            yield Mutant(name, node.lineno, ast.fix_missing_locations(tree), of_module, recompiled)
+
+
+def _recompiled(tree: ast.Module, function: str) -> set[str]:
+    """Compiled functions that a change in a function changes: constants, and what only they call, are a part of all."""
+    decorated = {
+        node.name: {
+            of.func.id for of in node.decorator_list if isinstance(of, ast.Call) and isinstance(of.func, ast.Name)
+        }
+        for node in tree.body
+        if isinstance(node, ast.FunctionDef)
+    }
+    compiled = {name for name, by in decorated.items() if by & {"kernel", "inner"}}
+    shared = function == "module" or "inner" in decorated.get(function, ())
+    return compiled if shared else compiled & {function}
+
+
+def _shown(tree: ast.Module) -> list[int]:
+    """Of each node the place in ``ast.walk`` of what a name tells: of a constant, what it is a part of."""
+    nodes = [*ast.walk(tree)]
+    places = {id(node): place for place, node in enumerate(nodes)}
+    above = {id(child): node for node in nodes for child in ast.iter_child_nodes(node)}
+    around = ast.expr | ast.keyword | ast.Assign | ast.AugAssign | ast.AnnAssign
+    return [
+        places[id(above[id(node)] if isinstance(node, ast.Constant) and isinstance(above[id(node)], around) else node)]
+        for node in nodes
+    ]
 
 
 def _functions(tree: ast.Module) -> list[str]:
@@ -103,11 +142,3 @@ def _is_docstring(node: ast.AST) -> bool:
 
 def _is_none(value: ast.expr) -> bool:
     return isinstance(value, ast.Constant) and value.value is None
-
-
-def _without_cache(tree: ast.Module) -> ast.Module:
-    """Numba's cache does not see a constant that is another one."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "njit":
-            node.keywords = [keyword for keyword in node.keywords if keyword.arg != "cache"]
-    return tree

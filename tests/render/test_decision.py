@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
+from scipy import stats
 
-from render.decision import interval, judge, of_halves, stream, without_bias
+from render.decision import interval, judge, of_halves, stream, unbiased, without_bias
 from render.limits import Limit, Thresholds
 from render.metrics import Picture, compare
 
@@ -16,6 +17,12 @@ def test_intervals_hold_the_converged_value_as_often_as_they_say():
     wholes = halves.mean(axis=1) - 0.05
     inside = [low <= 1 <= high for low, high in (interval(w, h) for w, h in zip(wholes, halves, strict=True))]
     assert np.mean(inside) == pytest.approx(0.95, abs=0.012)
+
+
+def test_an_interval_of_two_halves_is_that_of_scipy():
+    halves = (0.8, 0.9)
+    expected = stats.t.interval(0.95, 1, loc=unbiased(0.84, halves), scale=stats.sem(halves))
+    assert interval(0.84, halves) == pytest.approx(expected, rel=1e-4)
 
 
 def test_without_noise_an_interval_is_a_point():

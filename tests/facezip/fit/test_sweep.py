@@ -78,6 +78,44 @@ def test_equations_of_what_moves_are_those_of_all_texels(resolution, scale):
     assert not part.right.any(axis=(1, 2)).all()
 
 
+def test_the_system_of_several_blocks_of_rows_is_that_of_all_texels():
+    """Right sides, and what couples a weight texel with itself, as the module's equations say them."""
+    character, weights = random_character(side=96), random_weights(14, 2, 5)
+    mask = np.random.default_rng(3).uniform(0.1, 1, (96, 96)).astype(np.float32)
+    textures = np.random.default_rng(4).normal(size=(2, 96, 96, 3)).astype(np.float32)
+    system = weight_system(samples_of(replace(character.first, mask=mask)), weights, textures)
+    shares, layers = upsampling(96, 14), textures.reshape(2, -1, 3)
+    right = np.einsum(
+        "p,pq,ipc,npc->qin", mask.ravel(), shares, layers, pixels(character).reshape(5, -1, 3), optimize=True
+    )
+    own = np.einsum("p,pq,ipc,jpc->qij", mask.ravel(), shares**2, layers, layers, optimize=True)
+    found = system.right.transpose(0, 3, 1, 2), system.matrix[:, :, :, 4].transpose(0, 3, 1, 2)
+    for one, expected in zip(found, (right, own), strict=True):
+        np.testing.assert_allclose(one.reshape(expected.shape), expected, rtol=1e-4, atol=1e-4 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("slots", [1, 2])
+def test_textures_twice_as_strong_are_half_as_much_of_a_weight(character, slots):
+    """Powers of two are exact."""
+    samples, weights = samples_of(character.first), random_weights(4, slots, 5)
+    textures = np.random.default_rng(0).normal(size=(slots, 32, 32, 3)).astype(np.float32)
+    once, twice = (weight_system(samples, weights, factor * textures) for factor in (np.float32(1), np.float32(2)))
+    np.testing.assert_array_equal(twice.matrix, 4 * once.matrix)
+    np.testing.assert_array_equal(twice.right, 2 * once.right)
+
+
+def test_only_the_ratio_of_what_texels_count_matters(character):
+    """Also of which count so little that some stand for all."""
+    mask = np.random.default_rng(3).random((32, 32)).astype(np.float32)
+    mask[8:24] *= 0.02
+    once, more = (
+        weight_system(samples_of(replace(character.first, mask=factor * mask)), random_weights(4, 2, 5))
+        for factor in (np.float32(1), np.float32(4))
+    )
+    np.testing.assert_array_equal(more.matrix, 4 * once.matrix)
+    np.testing.assert_array_equal(more.right, 4 * once.right)
+
+
 @pytest.mark.parametrize("resolution", [31, 130, 200])
 def test_any_size_and_any_number_of_channels(resolution):
     character = random_character(side=resolution, expressions=4)
@@ -133,3 +171,13 @@ def test_a_texture_makes_up_for_what_a_later_one_lost(character):
     ridge = RIDGE * np.square(weights).sum() / 16
     best = np.einsum("pn,npc->pc", sampled[:, 0], rest) / (np.square(sampled[:, 0]).sum(axis=1) + ridge)[:, None]
     np.testing.assert_allclose(solve_texture(samples, weights, textures, 0).reshape(-1, 3), best, rtol=1e-4, atol=1e-5)
+
+
+def test_a_locked_texture_stays_in_whatever_slot_it_is():
+    """Over several blocks of rows; the others change with the slots of their weights."""
+    samples, weights = samples_of(random_character(side=70).first), random_weights(4, 3, 5)
+    locked = np.random.default_rng(1).normal(0, 0.1, samples.neutral.shape).astype(np.float32)
+    first = solve_textures(samples, weights, locked={0: locked})
+    second = solve_textures(samples, np.roll(weights, 1, axis=1), locked={1: locked})
+    np.testing.assert_array_equal(first[0], locked)
+    np.testing.assert_allclose(second, np.roll(first, 1, axis=0), rtol=1e-4, atol=1e-5)

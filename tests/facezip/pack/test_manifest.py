@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 
@@ -12,8 +13,9 @@ from facezip import ErrorCode, FaceZipError, compress
 from facezip.pack.manifest import FILE_NAME
 from facezip.pack.parsing import read_manifest
 from facezip.pack.read import read_pack
-from facezip.pack.verification import stored
+from facezip.pack.verification import is_pack, stored, verify_pack
 from facezip.pack.write import write_pack
+from tests.facezip.conftest import random_model
 from tests.facezip.surfaces import random_surface
 
 DATA = Path(__file__).parents[2] / "data"
@@ -208,3 +210,94 @@ def test_the_footprint_counts_what_a_reader_gets(path):
     assert footprint.geometry == sum((path / name).stat().st_size for name in manifest.geometry.files)
     sizes = [(texture.height, texture.width, texture.channels) for texture in footprint.tiles[0]]
     assert sizes[0] == first.neutral.shape
+
+
+def test_a_pack_without_meshes_costs_none(tmp_path):
+    write_pack(random_model(), tmp_path / "me.facezip")
+    assert read_manifest(tmp_path / "me.facezip").footprint.geometry == 0
+
+
+def test_a_name_of_64_zeros_and_one_of_any_script_stand_there_as_they_are(tmp_path):
+    """The field of the checksum is filled in once, and names are UTF-8."""
+    made_with = {"by": "0" * 64}
+    write_pack(random_model(), tmp_path / "me.facezip", name="Ærøskøbing 顔", made_with=made_with)
+    manifest = verify_pack(tmp_path / "me.facezip")
+    assert manifest.made_with == made_with
+    assert "Ærøskøbing 顔".encode() in (tmp_path / "me.facezip" / FILE_NAME).read_bytes()
+
+
+def test_a_tile_that_lacks_a_map_is_no_shorter_list(whole):
+    manifest = read_manifest(whole)
+    tile = replace(manifest.tiles[0], textures=manifest.tiles[0].textures[:1])
+    with pytest.raises(ValueError, match="shorter"):
+        replace(manifest, tiles=(tile,)).entries()
+    with pytest.raises(ValueError, match="shorter"):
+        _ = replace(manifest, tiles=(tile,)).footprint
+
+
+def seal(pack, content):
+    """Write these bytes with a right checksum."""
+    blank = content.replace(content.split(b'"')[3], b"0" * 64, 1)
+    (pack / FILE_NAME).write_bytes(blank.replace(b"0" * 64, sha256(blank).hexdigest().encode(), 1))
+
+
+def test_a_manifest_of_2_mib_is_read_and_a_longer_one_is_not(pack):
+    content = (pack / FILE_NAME).read_bytes()
+    seal(pack, content.ljust(2 * 2**20))
+    verify_pack(pack)
+    seal(pack, content.ljust(2 * 2**20 + 1))
+    assert "larger than 2097152 bytes" in refused(pack)
+
+
+@pytest.mark.parametrize("number", ["1e999", "-1e999", "NaN", "Infinity"])
+def test_numbers_are_finite_also_where_nobody_reads_them(pack, number):
+    content = (pack / FILE_NAME).read_bytes()
+    seal(pack, content.replace(b'"made_with": {}', b'"made_with": {"steps": [1, %s]}' % number.encode()))
+    assert "finite" in refused(pack)
+
+
+def test_half_a_pair_is_no_character_and_a_whole_one_is(pack):
+    content = (pack / FILE_NAME).read_bytes()
+    for text, inside in ((rb"\ud83d\ude00", True), (rb"\uD83D", False), (rb"\ude00", False)):
+        seal(pack, content.replace(b'"made_with": {}', b'"made_with": {"by": "%s"}' % text))
+        if inside:
+            assert verify_pack(pack).made_with["by"] == "😀"
+        else:
+            assert "surrogates" in refused(pack)
+
+
+def test_a_pack_without_a_name_is_called_as_its_folder(pack):
+    document = json.loads((pack / FILE_NAME).read_bytes())
+    sign(pack, document | {"name": ""})
+    assert read_manifest(pack).name == "me"
+    sign(pack, document | {"name": "you"})
+    assert read_manifest(pack).name == "you"
+
+
+def test_names_of_old_packs_are_read_in_one_form(pack):
+    document = json.loads((pack / FILE_NAME).read_bytes())
+    sign(pack, document | {"expressions": ["a\N{COMBINING RING ABOVE}", "b", "c"]})
+    assert read_manifest(pack).expressions == ("å", "b", "c")
+
+
+def test_a_folder_looks_like_a_pack_by_the_first_bytes_of_its_manifest(pack):
+    content = (pack / FILE_NAME).read_bytes()
+    for start, found in ((content, True), (content[:120], True), (content[:90], False), (b" " + content, False)):
+        (pack / FILE_NAME).write_bytes(start)
+        assert is_pack(pack) is found
+    (pack / FILE_NAME).rename(pack / "elsewhere.json")
+    assert is_pack(pack) is False
+    (pack / "elsewhere.json").write_bytes(content)
+    (pack / FILE_NAME).symlink_to(pack / "elsewhere.json")
+    assert is_pack(pack) is False
+
+
+def test_a_pack_that_is_not_there_and_a_folder_without_a_manifest_are_told_apart(pack):
+    refused(pack / "nowhere", ErrorCode.MISSING_FILE)
+    (pack / FILE_NAME).rename(pack / "elsewhere.json")
+    refused(pack)
+    (pack / FILE_NAME).symlink_to(pack / "elsewhere.json")
+    refused(pack)
+    (pack / FILE_NAME).unlink()
+    (pack / FILE_NAME).mkdir()
+    refused(pack)

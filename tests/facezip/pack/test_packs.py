@@ -248,6 +248,14 @@ def test_meshes_that_no_file_holds_are_refused_and_nothing_is_written(tmp_path, 
     assert not [*tmp_path.iterdir()]
 
 
+@pytest.mark.parametrize("value", [float("nan"), {1, 2}, "\ud800"], ids=["no number", "a set", "half a pair"])
+def test_what_json_does_not_hold_is_refused_and_nothing_is_written(tmp_path, model, value):
+    with pytest.raises(FaceZipError, match="made_with") as caught:
+        write_pack(model, tmp_path / "me.facezip", made_with={"steps": [value]})
+    assert caught.value.code is ErrorCode.BAD_VALUE
+    assert not [*tmp_path.iterdir()]
+
+
 def test_bytes_on_disk_are_those_that_the_manifest_states_and_its_own(pack):
     stated = sum(file.bytes for file in read_manifest(pack).files.values())
     assert bytes_on_disk(pack) == stated + (pack / FILE_NAME).stat().st_size

@@ -7,7 +7,21 @@ from hypothesis import given, settings
 from scipy import ndimage, stats
 
 from render.plugin.reference import Reference
-from render.plugin.statistics import SCALES, STATISTICS, Spread, block_sums, noise_ratios, rounding_of
+from render.plugin.statistics import (
+    SCALES,
+    STATISTICS,
+    Ratios,
+    Spread,
+    block_sums,
+    leave_one_out,
+    noise_ratios,
+    normalised,
+    probability,
+    ratio_probabilities,
+    rounding_of,
+    statistics,
+    theoretical_tail,
+)
 from tests.render.plugin.conftest import SIDE, noisy, renders, scene_mean
 
 
@@ -95,7 +109,7 @@ def test_the_value_of_a_flat_region_is_no_alarm_and_hides_none(value):
     assert reference.compare(backdrop(range(100, 108), value, gain=1.05)).probability < 1e-3
 
 
-@given(st.floats(-6e4, 6e4))
+@given(st.floats(-6e4, 6e4) | st.floats(-1e-4, 1e-4))
 def test_no_half_float_is_further_than_the_rounding_says(value):
     stored = np.float64(np.float16(value))
     assert abs(value - stored) <= rounding_of(stored) <= np.spacing(np.float16(max(abs(value), 2.0**-14)))
@@ -145,10 +159,12 @@ def test_exposure_changes_no_probability():
 def test_blocks_sum_what_they_cover(scale, shape):
     image = np.random.default_rng(0).random((*shape, 2))
     step = max(scale // 2, 1)
-    sums = block_sums(image, scale)
+    sums, covered = block_sums(image, scale), np.zeros(shape, bool)
     for row, column in np.ndindex(*sums.shape[:2]):
         y, x = row * step, column * step
+        covered[y : y + scale, x : x + scale] = True
         np.testing.assert_allclose(sums[row, column], image[y : y + scale, x : x + scale].sum(axis=(0, 1)))
+    assert covered.all()
 
 
 def test_ratios_of_gaussian_noise_have_their_variance():
@@ -167,3 +183,161 @@ def test_a_tail_falls_with_the_value_and_is_half_near_the_mean(name):
     tails = [spread.tail(name, value) for value in (0.5, 1.0, 1.3, 2.0, 8.0)]
     assert tails == sorted(tails, reverse=True)
     assert 0.35 < tails[1] < 0.65
+
+
+def of_one_noise(renders, tests, side, deviation=1.0):
+    """Independent renders and tests of one noise on grey, the first as noise_ratios takes them."""
+    rng = np.random.default_rng(0)
+    seen, test = (rng.normal(0.3, deviation, (count, side, side, 2)) for count in (renders, tests))
+    # One noise for all pixels, so that none is quieter than its neighbours.
+    seen = seen.mean(axis=0) + (seen - seen.mean(axis=0)) / seen.std(axis=0, ddof=1)
+    return test, seen.mean(axis=0), seen.var(axis=0, ddof=1), seen
+
+
+@pytest.mark.parametrize(("renders", "tests"), [(3, 1), (8, 2), (5, 9)])
+def test_a_ratio_of_pixels_is_that_of_two_samples_by_student(renders, tests):
+    test, mean, variance, seen = of_one_noise(renders, tests, 6)
+    expected = stats.ttest_ind(test, seen, axis=0)
+    ratios = noise_ratios(test, mean, variance, renders)[1]
+    np.testing.assert_allclose(ratios.values, expected.statistic, rtol=1e-5)
+    if tests == 1:
+        np.testing.assert_allclose(ratios.freedom, expected.df, rtol=1e-5)
+
+
+@pytest.mark.parametrize("scale", SCALES)
+@pytest.mark.parametrize(("renders", "tests"), [(3, 1), (8, 2), (5, 9)])
+def test_a_ratio_of_a_block_is_that_of_its_sums(scale, renders, tests):
+    """The variance of a sum of independent pixels, from the renders, and that of the test's sums, by Satterthwaite."""
+    test, mean, variance, _ = of_one_noise(renders, tests, 16)
+    found, step = noise_ratios(test, mean, variance, renders)[scale], max(scale // 2, 1)
+    for row, column, c in np.ndindex(found.values.shape):
+        block = (..., slice(row * step, row * step + scale), slice(column * step, column * step + scale), c)
+        sums, count = (test - mean)[block].sum(axis=(-2, -1)), mean[block].size
+        own = sums.var(ddof=1) if tests > 1 else 0.0
+        terms = [(renders - 1, count, renders - 1), (tests - 1, own, tests - 1)]
+        both = sum(freedom * noise for freedom, noise, _ in terms) / (renders + tests - 2)
+        assert found.values[row, column, c] == pytest.approx(
+            sums.mean() / np.sqrt(both * (1 / renders + 1 / tests)), rel=1e-5
+        )
+        # Every pixel of the renders is an estimate of its own.
+        squares = ((renders - 1) * count + (tests - 1) * own**2) / (renders + tests - 2) ** 2
+        assert found.freedom[row, column, c] == pytest.approx(both**2 / squares, rel=1e-5)
+
+
+def test_a_pixel_is_as_noisy_as_its_neighbours():
+    mean, variance = np.full((9, 9, 1), 0.3), np.ones((9, 9, 1))
+    variance[4, 4] = 0
+    quiet, even = (noise_ratios(mean[None] + 1, mean, of, 10**6)[1].values for of in (variance, np.ones_like(variance)))
+    assert quiet[4, 4] == pytest.approx(even[4, 4] / np.sqrt(8 / 9))
+    np.testing.assert_allclose(np.delete(quiet.ravel(), 40), np.delete(even.ravel(), 40))
+
+
+@pytest.mark.parametrize("scale", SCALES)
+def test_ignored_pixels_count_for_nothing(scale):
+    """Whatever they show, and however noisy they are; a block of nothing else has a ratio of 0."""
+    test, mean, variance, _ = of_one_noise(8, 4, 32)
+    ignored = np.zeros((32, 32), bool)
+    ignored[:20, 4:] = True
+    wild = mean + 1e3 * ignored[..., None], variance + 1e3 * ignored[..., None]
+    plain, other = (noise_ratios(test, *of, 8, rounding_of(mean), ignored)[scale] for of in ((mean, variance), wild))
+    np.testing.assert_array_equal(plain.values, other.values)
+    np.testing.assert_array_equal(plain.freedom, other.freedom)
+    assert np.isfinite(plain.values).all()
+    assert (plain.freedom > 0).all()
+    if scale < 16:
+        assert (plain.values == 0).any()
+
+
+def test_a_spread_is_that_of_every_render_against_the_others():
+    images = renders(range(9))
+    expected = {name: [] for name in STATISTICS}
+    for k, one in enumerate(images.astype(np.float64)):
+        others = np.delete(images, k, axis=0).astype(np.float64)
+        found = statistics(noise_ratios(one[None], others.mean(axis=0), others.var(axis=0, ddof=1), 8))
+        for name, values in expected.items():
+            values.append(normalised(name, found[name]))
+    for name, spread in leave_one_out(images).items():
+        assert (spread.mean, spread.deviation, spread.count) == pytest.approx(
+            (np.mean(expected[name]), np.std(expected[name], ddof=1), 9), rel=1e-6
+        )
+
+
+def test_the_tail_of_many_renders_is_that_of_the_law_with_their_moments():
+    """Gumbel's for the largest, the normal law for the cube root of sums."""
+    spread, value = Spread(1.2, 0.3, 10**9), 1.7
+    scale = 0.3 * np.sqrt(6) / np.pi
+    gumbel = stats.gumbel_r(1.2 - np.euler_gamma * scale, scale)
+    assert (gumbel.mean(), gumbel.std()) == pytest.approx((1.2, 0.3))
+    assert spread.tail("largest_4", value) == pytest.approx(gumbel.sf(value), rel=1e-6)
+    assert spread.tail("sum_4", value**3) == pytest.approx(stats.norm.sf(value, 1.2, 0.3), rel=1e-6)
+
+
+def test_the_tail_of_few_renders_is_as_often_so_small_as_it_says():
+    """A next one of normal values, whose mean and deviation only four have told."""
+    values = np.random.default_rng(0).normal(10, 1, (4000, 5))
+    tails = [
+        Spread(few.mean(), few.std(ddof=1), 4).tail("sum_1", last**3)
+        for *few, last in values
+        for few in [np.array(few)]
+    ]
+    assert stats.kstest(tails, "uniform").pvalue > 0.01
+
+
+def test_where_nothing_varied_theory_alone_counts():
+    assert Spread(1.0, 0.0, 8).tail("sum_1", 1.0) == 0
+
+
+def gaussian(side, freedom=1e9):
+    values = np.random.default_rng(0).normal(size=(side, side, 3))
+    return Ratios(values, np.full(values.shape, freedom))
+
+
+def test_of_many_ratios_the_least_likely_is_as_likely_as_in_so_many_tries():
+    values = np.array([0.0, 0.5, -3.0, 4.0]).reshape(2, 2, 1)
+    found = ratio_probabilities(Ratios(values, np.full(values.shape, 7.0)))
+    single = np.array([1, *(2 * stats.t.sf(x, 7) for x in (0.5, 3.0, 4.0))]).reshape(2, 2, 1)
+    np.testing.assert_allclose(found, 1 - (1 - single) ** 4)
+    assert theoretical_tail("largest_1", 4.0, Ratios(values, np.full(values.shape, 7.0))) == found.min()
+
+
+def test_the_sum_of_squares_of_gaussian_noise_is_a_chi_square_of_what_is_drawn():
+    ratios = gaussian(8)
+    value = np.square(ratios.values).mean()
+    found = theoretical_tail("sum_1", value, ratios)
+    assert found == pytest.approx(stats.chi2.sf(np.square(ratios.values).sum(), ratios.values.size))
+    padded = np.concatenate([ratios.values, np.zeros_like(ratios.values)])
+    assert theoretical_tail("sum_1", value / 2, Ratios(padded, np.ones_like(padded))) == pytest.approx(found)
+
+
+def test_the_square_of_one_ratio_is_as_likely_as_the_ratio():
+    values = np.zeros((2, 2, 3))
+    values[1, 0, 2] = -2.5
+    found = theoretical_tail("sum_1", np.square(values).mean(), Ratios(values, np.ones_like(values)))
+    assert found == pytest.approx(2 * stats.norm.sf(2.5))
+
+
+def test_where_nothing_is_drawn_no_difference_is_certain():
+    assert theoretical_tail("sum_1", 0.0, Ratios(np.zeros((2, 2, 3)), np.ones((2, 2, 3)))) == 1
+
+
+def test_a_probability_is_the_least_of_its_statistics_times_how_many_there_are():
+    """For each the larger of theory and experience."""
+    ratios = {scale: gaussian(8) for scale in (1, 4)}
+    ratios[4].values[0, 0, 0] = 6
+    loose, strict = Spread(0.0, 1e3, 8), Spread(0.0, 1e-3, 8)
+    theory = theoretical_tail("largest_4", 6.0, ratios[4])
+    assert probability(ratios, {"largest_1": loose, "largest_4": strict}) == (
+        pytest.approx(2 * max(theory, strict.tail("largest_4", 6.0))), "largest_4",
+    )  # fmt: skip
+    told, _ = probability(ratios, {"largest_4": loose})
+    assert told == pytest.approx(loose.tail("largest_4", 6.0))
+    assert told > theory
+
+
+def test_an_outlier_adds_to_a_sum_as_much_as_any_further_one():
+    found = [gaussian(8), gaussian(8)]
+    for ratios, outlier in zip(found, (5.0, -500.0), strict=True):
+        ratios.values[0, 0, 0] = outlier
+    near, far = (statistics({1: ratios}) for ratios in found)
+    assert near["sum_1"] == far["sum_1"]
+    assert (near["largest_1"], far["largest_1"]) == (5, 500)
