@@ -52,6 +52,7 @@ class RatesConditions(Conditions):
     errors: str
     texture_region: str
     bytes: str
+    files: str
     textures: str
     astc_effort: str
     seed: int

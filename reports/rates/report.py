@@ -44,10 +44,10 @@ def _section(one: Data) -> Section:
         f"expressions-{count}",
         f"{count} expressions",
         f"{count} expressions",
-        "Marks: everything that was tried. Lines: the best of each family. Lower and further left is better."
-        + together,
+        "Marks: everything that was tried. Lines: the best of each family. Lower and further left is better. Files are "
+        "what a page loads: blocks in KTX2 under Zstandard, raw texels in PNG." + together,
         legend=curves.legend(one),
-        plots=((curves.curves(one, WIDE), curves.curves(one, NARROW)),),
+        plots=tuple((curves.curves(one, WIDE, size), curves.curves(one, NARROW, size)) for size in curves.SIZES),
         tables=(curves.comparison(one),),
     )
 
