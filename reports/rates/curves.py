@@ -53,7 +53,8 @@ def curves(one: Round, width: float, against: str) -> Plot:
             marks.append(line(places, family.tone, family.label))
         for point in drawn:
             place = across.at(size(point)), up.at(point["rmse"])
-            marks.append(dot(place, family.shape, family.tone, _words(point, size), opacity=1 if point in best else 0.3))
+            opacity = 1 if point in best else 0.3
+            marks.append(dot(place, family.shape, family.tone, _words(point, size), opacity=opacity))
     frame = (width, BOTTOM + 48, LEFT, right, TOP, BOTTOM)
     title = f"{one['expressions']} expressions: error against {against}"
     error = f"{RMSE}, over {len(maps_of(one))} maps" if len(maps_of(one)) > 1 else RMSE

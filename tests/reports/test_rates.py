@@ -31,7 +31,8 @@ HOSTILE = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)> {{ 7*7 }} &
 
 def point(family, size, error, differences=4, fetches=6):
     errors = {"albedo": MapErrors(rmse=error)}
-    return Point(family, "raw", 100 * size, 80 * size, size, size, fetches, error, 40.0, errors, 1.0, differences, 8, "bc4")
+    sizes = 100 * size, 80 * size, size, size
+    return Point(family, "raw", *sizes, fetches, error, 40.0, errors, 1.0, differences, 8, "bc4")
 
 
 WAYS = [
