@@ -75,8 +75,8 @@ def comparison(one: Round) -> Table:
         rows.append(TableRow(_block(rival["codec"]), cells, strong=row in in_use(one["comparison"])))
     columns = ("Bytes a texel", "Its RMSE", "Ours", "Ours / its", f"Ours, {_fewest(one)}", "Ours / its")
     caption = (
-        f"{one['expressions']} expressions: every texture coded alone, and our best packs of no more bytes. Bits are a "
-        f"texel and channel. Bold: {LEAST:g} to {MOST:g} bytes a texel."
+        f"{one['expressions']} expressions: every texture coded alone, and our best packs of no more GPU memory. Bits "
+        f"are a texel and channel, files bytes a texel. Bold: {LEAST:g} to {MOST:g} bytes a texel."
     )
     return Table(caption, "Codec", columns, tuple(rows))
 
@@ -85,7 +85,7 @@ def _ours(point: Row | None, ratio: float | None) -> tuple[Cell, Cell]:
     if point is None or ratio is None:
         return Cell(MISSING), Cell(MISSING)
     size = f"{number(point['bytes_per_texel'], 2)} bytes, {_files(point)}, {point['fetches']} fetches"
-    return Cell(number(point["rmse"], 2), f"{_decibels(point)}, {size}: {_made(point)}"), Cell(number(ratio, 2))
+    return Cell(number(point["rmse"], 2), f"{_decibels(point)}; {size}; {_coded(point)}"), Cell(number(ratio, 2))
 
 
 def _files(point: Row) -> str:
@@ -133,11 +133,13 @@ def _words(point: Row, size: Size) -> str:
 
 def _made(point: Row) -> str:
     """Codec, rank and scale in words."""
-    words = [_block(point["codec"])]
-    if point["differences"]:
-        weights = f"weights 1/{point['weight_scale']} in {_block(point['weights'])}"
-        words.append(f"{point['differences']} differences, {weights}")
-    return ", ".join(words)
+    return f"{point['differences']} differences, {_coded(point)}" if point["differences"] else _coded(point)
+
+
+def _coded(point: Row) -> str:
+    """Codecs of textures and weight maps, and the scale of these."""
+    weights = f", weights 1/{point['weight_scale']} in {_block(point['weights'])}" if point["differences"] else ""
+    return _block(point["codec"]) + weights
 
 
 def _decibels(point: Row) -> str:

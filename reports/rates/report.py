@@ -11,7 +11,8 @@ from reports.rates.findings import find
 from reports.sections import Section
 
 DATA = "rates.json"
-WIDE, NARROW = 1200.0, 380.0
+# Two plots side by side, and one below the other on phones.
+WIDE, NARROW = 570.0, 380.0
 
 
 def write_rates_report(document: RatesDocument, folder: Path) -> Path:
@@ -32,7 +33,7 @@ def write_rates_report(document: RatesDocument, folder: Path) -> Path:
         DATA,
         replace(document, findings=find(plain(document))),
         lambda data: [section for one in data["rounds"] for section in (_section(one), _numbers(one))],
-        kicker="Error against GPU memory: packs, and block compression of every texture",
+        kicker="Error against GPU memory and files: packs, and block compression of every texture",
         title=f"{document.character.name} – error against GPU memory, by FaceZip",
     )
 
