@@ -20,7 +20,7 @@ import click
 from facezip.character.loading import load_character
 from facezip.files.writing import write_whole
 from facezip.machine.progress import show_progress
-from reports.kept.answers import QUESTIONS, ask, read_figures, unanswered, write_figures
+from reports.kept.answers import Question, ask, questions, read_figures, unanswered, write_figures
 from reports.kept.measure import FIRST, LARGE, USUAL, Subject, measure, stale
 from reports.kept.pages import pages, renewed
 from reports.kept.rows import read_rows, write_rows
@@ -40,9 +40,10 @@ FOLDER = click.Path(file_okay=False, path_type=Path)
 def command(captures: Path, large: bool, only: str | None, again: bool, pages_only: bool) -> None:
     """Measure, then write the files and the pages."""
     if not pages_only:
+        captured = sorted(path.parent for path in captures.glob("*/neutral.obj"))
         with show_progress():
-            _measure([FIRST, *USUAL, *_captured(captures), *(LARGE if large else ())], only, again)
-            _ask(only, again)
+            _measure([FIRST, *USUAL, *map(_captured, captured), *(LARGE if large else ())], only, again)
+            _ask(questions(captured), only, again)
     rows, figures = read_rows(RESULTS), read_figures(ANSWERS)
     for page in pages():
         text = page.read_text(encoding="utf-8")
@@ -64,10 +65,11 @@ def _measure(subjects: list[Subject], only: str | None, again: bool) -> None:
         begin = perf_counter()
 
 
-def _ask(only: str | None, again: bool) -> None:
+def _ask(asked: list[Question], only: str | None, again: bool) -> None:
     """As :func:`_measure`; an answer replaces all figures of the one before."""
     figures = read_figures(ANSWERS)
-    chosen = [one for one in (QUESTIONS if again else unanswered(figures)) if only in (None, one.name)]
+    chosen = [one for one in asked if only in (None, one.name)]
+    chosen = chosen if again else unanswered(chosen, figures)
     begin = perf_counter()
     for question, found in ask(chosen):
         kept = [figure for figure in figures.values() if figure.key.partition("/")[0] != question.name]
@@ -77,10 +79,8 @@ def _ask(only: str | None, again: bool) -> None:
         begin = perf_counter()
 
 
-def _captured(folder: Path) -> list[Subject]:
-    """The captures in a folder; none where there is no such folder."""
-    found = sorted(path.parent for path in folder.glob("*/neutral.obj"))
-    return [Subject(path.name, load_character(path).first.resolution[1], folder=path) for path in found]
+def _captured(folder: Path) -> Subject:
+    return Subject(folder.name, load_character(folder).first.resolution[1], folder=folder)
 
 
 if __name__ == "__main__":

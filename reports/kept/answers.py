@@ -7,7 +7,8 @@ A figure is called by the name of its question and the path to it in the answer,
 import csv
 import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -19,8 +20,8 @@ from reports.kept.inputs import ANYTHING, digest
 from reports.kept.measure import EXPRESSIONS, answer
 from scenes.character import make_character
 
-# What is no figure, or one of a machine.
-LEFT_OUT = ("format", "conditions", "seconds", "command", "output", "bytes")
+# What is no figure, or one of a machine; numbers of single expressions or shapes, "rmse_per_shape", are left out too.
+LEFT_OUT = ("format", "conditions", "seconds", "size")
 DECIMALS = 4
 
 
@@ -43,16 +44,18 @@ class Question:
     name : with which its figures' keys begin.
     command : as a user types it after ``facezip``.
     ask : what gives the answer; None where the command alone does.
+    scans : a folder that it is asked of.
     """
 
     name: str
     command: str
     ask: Callable[[], dict[str, Any]] | None = None
+    scans: Path | None = None
 
     @property
     def inputs(self) -> str:
         """Digest of what its figures depend on."""
-        return digest(ANYTHING, self.command)
+        return digest([*ANYTHING, *([self.scans] if self.scans else [])], self.command)
 
     def figures(self) -> Iterator[Figure]:
         """Ask, and give every number of the answer."""
@@ -62,22 +65,41 @@ class Question:
             yield Figure(f"{self.name}/{path}", value, inputs, self.command)
 
 
-def _exported() -> dict[str, Any]:
-    """The embedded head's pack in blocks."""
+def questions(captures: Sequence[Path]) -> list[Question]:
+    """All that is asked; ``captures`` are folders of scans."""
+    of_captures = [Question(f"blocks-{one.name}", EXPORT, partial(_exported, one), one) for one in captures]
+    return [*QUESTIONS, *of_captures]
+
+
+def _exported(folder: Path | None = None) -> dict[str, Any]:
+    """What blocks and mip-maps do to the pack of a capture, or of the embedded head."""
     with TemporaryDirectory(prefix="facezip-kept-") as place:
-        scans, pack = Path(place) / "scans", Path(place) / "me.facezip"
-        save_character(make_character(512, EXPRESSIONS), scans)
+        scans, pack = folder or Path(place) / "scans", Path(place) / "me.facezip"
+        if not folder:
+            save_character(make_character(512, EXPRESSIONS), scans)
         answer("compress", scans, "-o", pack)
         found = answer("export", pack, "--to", "godot", "--textures", "dds", "-o", Path(place) / "out")
     return {part: found[part] for part in ("codec", "mips")}
 
 
+def _cleaned() -> dict[str, Any]:
+    """By step and error, the least and the most over persons."""
+    people = list(answer(*CLEAN.split())["people"].values())
+
+    def over(step: str, error: str) -> dict[str, float]:
+        values = [person[step][error] for person in people]
+        return {"least": min(values), "most": max(values)}
+
+    return {step: {error: over(step, error) for error in errors} for step, errors in people[0].items()}
+
+
+EXPORT, CLEAN = "export me.facezip --to godot --textures dds -o out", "bench clean --seed 1 --seeds 4"
 QUESTIONS = (
     Question("maps", "bench maps"),
     Question("maps-clean", "bench maps --nuisances 0"),
     Question("rig", "bench rig"),
-    Question("clean", "bench clean --seed 1 --seeds 4"),
-    Question("blocks", "export me.facezip --to godot --textures dds -o out", _exported),
+    Question("clean", CLEAN, _cleaned),
+    Question("blocks", EXPORT, _exported),
 )
 
 
@@ -85,7 +107,7 @@ def numbers(document: Any, path: str = "") -> Iterator[tuple[str, float]]:
     """Every number of a document, by its path."""
     if isinstance(document, Mapping):
         for name, value in document.items():
-            if name not in LEFT_OUT and not name.endswith("_per_expression"):
+            if name not in LEFT_OUT and "_per_" not in name:
                 yield from numbers(value, f"{path}/{name}" if path else str(name))
     elif isinstance(document, list):
         for place, value in enumerate(document):
@@ -102,10 +124,10 @@ def _name_of(entry: Any, place: int) -> str:
     return str(known.get("way", place))
 
 
-def unanswered(figures: Mapping[str, Figure]) -> list[Question]:
+def unanswered(asked: Sequence[Question], figures: Mapping[str, Figure]) -> list[Question]:
     """The questions whose figures are missing or of other inputs."""
     known = {(figure.key.partition("/")[0], figure.inputs) for figure in figures.values()}
-    return [question for question in QUESTIONS if (question.name, question.inputs) not in known]
+    return [question for question in asked if (question.name, question.inputs) not in known]
 
 
 def ask(questions: Sequence[Question]) -> Iterator[tuple[Question, list[Figure]]]:
@@ -129,5 +151,8 @@ def write_figures(path: Path, figures: Sequence[Figure]) -> None:
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(field.name for field in fields(Figure))
-    table.writerows(astuple(figure) for figure in sorted(figures, key=lambda one: one.key))
+    for figure in sorted(figures, key=lambda one: one.key):
+        # A count is no fraction.
+        value = int(figure.value) if figure.value.is_integer() else figure.value
+        table.writerow((figure.key, value, figure.inputs, figure.command))
     write_whole(path, text.getvalue().encode())
