@@ -39,7 +39,7 @@ def fit_coded(
         :func:`facezip.compress`.
     differences : R, at most the number of expressions is used.
     weight_scale : how many times smaller weight maps are.
-    storage : the codecs to fit to.
+    storage : the codecs to fit to; its ``files`` become those of the result.
     alternations : how often all maps are stored; a few are enough.
     """
     slots, factors = min(differences, len(character.expressions)), map_factors(character, {})

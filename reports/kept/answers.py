@@ -55,7 +55,7 @@ class Question:
     @property
     def inputs(self) -> str:
         """Digest of what its figures depend on."""
-        return digest([*ANYTHING, *([self.scans] if self.scans else [])], self.command)
+        return digest(ANYTHING, self.scans, self.command)
 
     def figures(self) -> Iterator[Figure]:
         """Ask, and give every number of the answer."""

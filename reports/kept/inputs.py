@@ -26,16 +26,17 @@ def versions() -> str:
     return ", ".join(f"{name} {version(name)}" for name in LIBRARIES)
 
 
-def digest(places: Iterable[str | Path], *words: object) -> str:
-    """Of the code in some files and folders of the project, of other files as they are, of words and versions."""
+def digest(code: Iterable[str], scans: Path | None, *words: object) -> str:
+    """Of the code and the models in some files and folders of the project, a folder of scans, words and versions."""
     found = sha256(repr((versions(), words)).encode())
-    for place in places:
+    for place in code:
         where = ROOT / place
-        for file in sorted(path for path in (where.rglob("*") if where.is_dir() else [where]) if path.is_file()):
-            if file.suffix == ".py":
-                found.update(_code_in(file))
-            elif "__pycache__" not in file.parts:
-                found.update(file.name.encode() + sha256(file.read_bytes()).digest())
+        for file in sorted(where.rglob("*.py")) if where.is_dir() else [where]:
+            found.update(_code_in(file))
+        for file in sorted(where.rglob("*.npz")):
+            found.update(sha256(file.read_bytes()).digest())
+    for file in sorted(path for path in scans.rglob("*") if path.is_file()) if scans else []:
+        found.update(file.name.encode() + sha256(file.read_bytes()).digest())
     return found.hexdigest()[:DIGITS]
 
 

@@ -59,8 +59,8 @@ class Subject:
     @cached_property
     def inputs(self) -> str:
         """Digest of what its figures depend on."""
-        scans = [self.folder] if self.folder else EMBEDDED
-        return digest([*COMPRESSING, *scans], self.size, self.seed, self.maps)
+        code = COMPRESSING if self.folder else (*COMPRESSING, *EMBEDDED)
+        return digest(code, self.folder, self.size, self.seed, self.maps)
 
 
 # Too short to be timed; small enough to measure again in a test.

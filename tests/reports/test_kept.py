@@ -147,10 +147,11 @@ def test_a_digest_sees_code_and_files_and_neither_comments_nor_docstrings(tmp_pa
     assert code_of("def f(x): return x + 1") != code_of("def f(x): return x + 2")
     image = tmp_path / "neutral.png"
     image.write_bytes(b"1")
-    found = digest([tmp_path], 512)
-    assert found == digest([tmp_path], 512) != digest([tmp_path], 256)
+    found = digest((), tmp_path, 512)
+    assert found == digest((), tmp_path, 512) != digest((), tmp_path, 256)
+    assert digest(("scenes",), tmp_path, 512) != found
     image.write_bytes(b"2")
-    assert digest([tmp_path], 512) != found
+    assert digest((), tmp_path, 512) != found
 
 
 def test_a_cost_is_the_same_on_a_machine_that_gets_slower(monkeypatch):
