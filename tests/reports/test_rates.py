@@ -18,7 +18,9 @@ from facezip.fit.storage import Storage
 from facezip.pack.errors import MapErrors, model_errors
 from reports.rates import experiment
 from reports.rates.comparison import compare, envelope, in_use
+from reports.rates.curves import SIZES, curves
 from reports.rates.families import FAMILIES, RAW, tried
+from reports.rates.findings import find
 from reports.rates.points import Pack, Point, Textures
 from reports.rates.report import write_rates_report
 from tests.documents.checked import check
@@ -175,6 +177,17 @@ def test_textures_are_compared_with_packs_of_the_same_devices():
     points += [point("refined_astc", 4.0, 0.5), point("refined_bc", 4.0, 0.7)]
     pairs = {(row.rival.family, row.ours.family) for row in compare(points)}
     assert pairs == {("textures_astc", "refined_astc"), ("textures_bc", "refined_bc")}
+
+
+def test_what_is_sent_is_a_share_of_gpu_memory_in_words_and_on_an_axis_of_its_own():
+    points = [point("textures_astc", 5.0, 1.0), point("refined_astc", 2.0, 0.5)]
+    points[1] = replace(points[1], bytes_on_wire=180)
+    one = {"expressions": 20, "points": plain(points), "comparison": plain(compare(points))}
+    words = " ".join(finding.here for finding in find({"rounds": [one]}))
+    assert "0.90 of it for packs in ASTC and 0.80 of it for every texture in ASTC" in words
+    shown = {against: [mark.title for mark in curves(one, 570.0, against).marks if mark.title] for against in SIZES}
+    assert any("2.00 bytes a texel" in title for title in shown["GPU memory"])
+    assert any("1.80 bytes a texel" in title for title in shown["files"])
 
 
 def test_bits_and_decibels_are_the_bytes_and_the_error():
