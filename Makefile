@@ -18,7 +18,7 @@ test: .venv/ready
 docs: .venv/ready
 	$(BIN)/python -m reports.site
 
-# Errors, bytes and times of every method, benchmarks/results.csv, and the same numbers in README.md and docs/: minutes.
+# Errors, bytes and times of every method and benchmark, benchmarks/*.csv, and the numbers of README.md and docs/: minutes.
 figures: .venv/ready
 	$(BIN)/python -m reports.kept
 

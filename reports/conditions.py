@@ -27,6 +27,8 @@ LABELS = {
     "texture_region": "Texture metrics over",
     "display": "Display",
     "pixels_per_degree": "Pixels per degree",
+    "astc_effort": "Effort of ASTC",
+    "bc": "Encoders of BC",
     "variant": "Mitsuba variant",
     "mitsuba": "Mitsuba",
     "drjit": "Dr.Jit",

@@ -134,6 +134,8 @@ def bc7(channels: int = 3) -> Codec:
     """BC7: one byte a texel of three channels or four, on every desktop."""
     parameters = etcpak.BC7CompressBlockParams()
     parameters.init_linear_weights()
+    # The highest: 5 % less error in 1.4 to 2 times the time.
+    parameters.m_uber_level = 4
 
     def encode(texels: bytes, width: int, height: int) -> bytes:
         return etcpak.compress_bc7(texels, width, height, parameters)

@@ -1,4 +1,4 @@
-"""DDS and KTX2 files of one block-compressed texture with its levels."""
+"""DDS and KTX2 files of one block-compressed texture with its levels; those of KTX2 are under Zstandard."""
 
 import struct
 from collections.abc import Iterator, Sequence
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.blocks.supercompression import LEVEL, supercompress
 from facezip.version import __version__
 
 # The content of a file, piece by piece; ``(bytes,)`` of levels.
@@ -22,6 +23,7 @@ _DDSCAPS = 0x1000 | 0x400000 | 0x8  # texture, mip-map, complex
 # KTX2: Khronos' specification 2.0; the data format descriptor is Khronos' basic block, version 1.3.
 _KTX2 = b"\xabKTX 20\xbb\r\n\x1a\n"
 _LINEAR, _SRGB = 1, 2
+_ZSTANDARD = 2
 
 
 @dataclass(frozen=True)
@@ -70,16 +72,18 @@ def ktx2(size: tuple[int, int], levels: Levels, blocks: Blocks, srgb: bool = Fal
     height, width = size
     descriptor = _descriptor(blocks, srgb)
     values = _entry("KTXorientation", "rd") + _entry("KTXwriter", f"facezip {__version__}")
+    values += _entry("KTXwriterScParams", f"--zstd {LEVEL}")
     begin = 80 + 24 * len(levels)
-    header = struct.pack("<9I", blocks.vulkan, 1, width, height, 0, 0, 1, len(levels), 0)
+    header = struct.pack("<9I", blocks.vulkan, 1, width, height, 0, 0, 1, len(levels), _ZSTANDARD)
     header += struct.pack("<4I2Q", begin, len(descriptor), begin + len(descriptor), len(values), 0, 0)
-    # The smallest level lies first, each aligned to a block.
-    start = -(-(begin + len(descriptor) + len(values)) // blocks.bytes) * blocks.bytes
-    lengths = [len(level) for level in levels]
-    offsets = [start + sum(lengths[number + 1 :]) for number in range(len(levels))]
-    index = b"".join(struct.pack("<3Q", at, length, length) for at, length in zip(offsets, lengths, strict=True))
-    yield memoryview((_KTX2 + header + index + descriptor + values).ljust(start, b"\0"))
-    yield from (level.data for level in reversed(levels))
+    frames = [supercompress(level) for level in levels]
+    # The smallest level lies first; frames need no alignment.
+    start, index = begin + len(descriptor) + len(values), b""
+    for number, (frame, level) in enumerate(zip(frames, levels, strict=True)):
+        at = start + sum(map(len, frames[number + 1 :]))
+        index += struct.pack("<3Q", at, len(frame), len(level))
+    yield memoryview(_KTX2 + header + index + descriptor + values)
+    yield from (frame.data for frame in reversed(frames))
 
 
 def _descriptor(blocks: Blocks, srgb: bool) -> bytes:

@@ -23,9 +23,11 @@ class Row:
     bytes_on_gpu, bytes_bc7 : at 8 bits a channel, and with textures in BC7; without mip-maps.
     bits : of BC7 and weight maps, a texel and channel of the expressions; 3 decimals.
     fetches : textures that a shader reads for a pixel.
-    cpu : processor time of the whole run as a multiple of that of reading and writing the same images, so that it
-        depends little on the machine and on what else it does; 1 decimal; empty where kernels were compiled meanwhile.
+    cpu : processor time of the whole run as a multiple of that of reading and writing the same images right before
+        and after it (:mod:`reports.kept.cost`); 1 decimal; empty where runs are too short.
+    cpu_spread : by how much of it repeats differ; 2 decimals. Beyond 0.1 the machine was too busy to tell.
     versions : of what measured the row.
+    inputs : digest of the code and the scans that it depends on (:mod:`reports.kept.inputs`).
     command : after ``facezip``; ``scans`` is the character, ``me.facezip`` the pack.
     """
 
@@ -39,7 +41,9 @@ class Row:
     bits: float
     fetches: int
     cpu: float | None
+    cpu_spread: float | None
     versions: str
+    inputs: str
     command: str
 
     @property
@@ -49,7 +53,7 @@ class Row:
 
 
 COLUMNS = tuple(field.name for field in fields(Row))
-DECIMALS = {"rmse": 4, "bits": 3, "cpu": 1}
+DECIMALS = {"rmse": 4, "bits": 3, "cpu": 1, "cpu_spread": 2}
 
 
 def read_rows(path: Path) -> dict[str, Row]:
@@ -94,6 +98,8 @@ def _row(cells: Mapping[str, str]) -> Row:
         bits=float(cells["bits"]),
         fetches=int(cells["fetches"]),
         cpu=float(cells["cpu"]) if cells["cpu"] else None,
+        cpu_spread=float(cells["cpu_spread"]) if cells["cpu_spread"] else None,
         versions=cells["versions"],
+        inputs=cells["inputs"],
         command=cells["command"],
     )

@@ -1,6 +1,6 @@
 """Curves out of points, and the honest question: at no more bytes than the rival, how much error is left?"""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from facezip.documents.document import Data
 from reports.rates.documents import Comparison
@@ -9,6 +9,8 @@ from reports.rates.points import Point
 
 # A point or a row of a document, as data.
 Row = Data
+# What a point costs.
+Size = Callable[[Row], float]
 # Bytes a texel between which block compression of every texture is used: below it looks bad, above it is not needed.
 LEAST, MOST = 2.0, 6.0
 
@@ -18,10 +20,20 @@ def of_family(points: Sequence[Row], family: str) -> list[Row]:
     return sorted((point for point in points if point["family"] == family), key=lambda point: point["bytes_per_texel"])
 
 
-def envelope(points: Sequence[Row]) -> list[Row]:
-    """The points, sorted by bytes, that have less error than all that cost no more."""
+def on_gpu(point: Row) -> float:
+    """Bytes of GPU memory a texel."""
+    return float(point["bytes_per_texel"])
+
+
+def on_wire(point: Row) -> float:
+    """Bytes of files a texel."""
+    return on_gpu(point) * float(point["bytes_on_wire"]) / float(point["bytes"])
+
+
+def envelope(points: Sequence[Row], size: Size = on_gpu) -> list[Row]:
+    """The points, sorted by size, that have less error than all that cost no more."""
     kept: list[Row] = []
-    for point in sorted(points, key=lambda one: (one["bytes_per_texel"], one["rmse"])):
+    for point in sorted(points, key=lambda one: (size(one), one["rmse"])):
         if not kept or point["rmse"] < kept[-1]["rmse"]:
             kept.append(point)
     return kept

@@ -47,13 +47,15 @@ class Round:
 
 @dataclass(frozen=True, kw_only=True)
 class RatesConditions(Conditions):
-    """How errors and bytes were measured, in words; the effort of the ASTC encoder, and the seed of the blends."""
+    """How errors, bytes and files were measured and what coded them, in words; the seed of the blends."""
 
     errors: str
     texture_region: str
     bytes: str
+    files: str
     textures: str
     astc_effort: str
+    bc: str
     seed: int
 
 

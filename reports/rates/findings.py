@@ -6,7 +6,7 @@ from typing import Any
 from facezip.documents.document import Data
 from reports.findings import Finding
 from reports.metrics import number
-from reports.rates.comparison import LEAST, MOST, Row, envelope, in_use, of_family
+from reports.rates.comparison import LEAST, MOST, Row, envelope, in_use, of_family, on_gpu, on_wire
 
 Round = Data
 
@@ -15,7 +15,7 @@ def find(document: Data) -> list[Finding]:
     """Every finding of a document of :func:`reports.rates.experiment.measure_rates`."""
     found = []
     for one in document["rounds"]:
-        found += [_ratio(one), _loop(one), _baselines(one)]
+        found += [_ratio(one), _loop(one), _baselines(one), _files(one)]
     return [finding for finding in found if finding is not None]
 
 
@@ -75,6 +75,21 @@ def _baselines(one: Round) -> Finding | None:
     return Finding(
         title=f"{one['expressions']} expressions, the least error within {MOST:g} bytes a texel",
         here=f"{number(ours, 2)} by a refined pack, {', '.join(words)}.",
+    )
+
+
+def _files(one: Round) -> Finding | None:
+    """What Zstandard leaves of blocks, of packs and of every texture."""
+    shares = {
+        whose: [on_wire(point) / on_gpu(point) for point in of_family(one["points"], family)]
+        for whose, family in (("packs in ASTC", "refined_astc"), ("every texture in ASTC", "textures_astc"))
+    }
+    words = [f"{_spread(found)} of it for {whose}" for whose, found in shares.items() if found]
+    if not words:
+        return None
+    return Finding(
+        title=f"{one['expressions']} expressions, what is sent",
+        here=f"As KTX2 files under Zstandard, blocks take less than their GPU memory: {' and '.join(words)}.",
     )
 
 

@@ -1,6 +1,6 @@
 """What is measured: error and bytes of one way to store all maps of a character on all its tiles."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import log10
 from time import perf_counter
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from facezip.blocks.codecs import Codec
 from facezip.character.maps import Key
-from facezip.character.scans import Character
+from facezip.character.scans import NEUTRAL, Character
 from facezip.files.images import to_float
 from facezip.fit.choice import whole_error
 from facezip.fit.coded import coded_afterwards, fit_coded
@@ -30,8 +30,9 @@ class Point:
     family : a key of :data:`reports.rates.families.FAMILIES`.
     codec : of the textures, as ``"astc_8x8"``.
     bytes : of GPU memory, all maps and tiles, the neutral included.
-    bytes_per_texel : the same over the texels of one expression, of all maps and tiles.
-    bits : the same a texel and channel of all expressions.
+    bytes_on_wire : of the same textures as files: KTX2 under Zstandard, PNG where they are raw.
+    bytes_per_texel : of GPU memory, over the texels of one expression, of all maps and tiles.
+    bits : of GPU memory, a texel and channel of all expressions.
     fetches : textures that a shader reads for a pixel.
     rmse : 0..255, of what the GPU's decoder gives back, over all maps (:func:`facezip.fit.choice.whole_error`).
     psnr : the same in dB; null where nothing is lost.
@@ -43,6 +44,7 @@ class Point:
     family: str
     codec: str
     bytes: int
+    bytes_on_wire: int
     bytes_per_texel: float
     bits: float
     fetches: int
@@ -68,13 +70,16 @@ class Textures:
         kinds = {kind.name: kind for kind in character.maps}
 
         def coded(name: str, key: Key) -> NDArray[np.float32]:
-            return storage.neutral(to_float(character.texels(name, key)), kinds[key[0]])
+            return storage.neutral(to_float(character.texels(name, key)), kinds[key[0]], (*key, name))
 
         errors = texture_errors(character, coded)
+        for key in character.stacks:
+            coded(NEUTRAL, key)
+        seconds = perf_counter() - begin
         count = 1 + len(character.expressions)
         size = count * sum(storage.texture_bytes(Texture(*stack.neutral.shape)) for stack in character.stacks.values())
-        numbers = size, *_shares(character, size), count * len(kinds), *_errors(errors)
-        return Point(self.family, self.codec.name, *numbers, perf_counter() - begin, None, None, None)
+        numbers = *_shares(character, size), count * len(kinds), *_errors(errors), seconds
+        return Point(self.family, self.codec.name, size, storage.bytes_on_wire, *numbers, None, None, None)
 
 
 @dataclass(frozen=True)
@@ -90,15 +95,16 @@ class Pack:
 
     def measure(self, character: Character) -> Point:
         """Fit, code and decode."""
-        begin = perf_counter()
+        begin, storage = perf_counter(), replace(self.storage, files={})
         if self.in_the_loop:
-            model = fit_coded(character, self.differences, self.weight_scale, self.storage)
+            model = fit_coded(character, self.differences, self.weight_scale, storage)
         else:
-            model = coded_afterwards(_fitted(character, self.method, self.differences, self.weight_scale), self.storage)
-        seconds, size, cost = perf_counter() - begin, self.storage.bytes_of(model), model.footprint
-        numbers = size, *_shares(character, size), cost.fetches, *_errors(model_errors(character, model)), seconds
-        made = cost.differences, self.weight_scale, self.storage.weights.name
-        return Point(self.family, self.storage.textures.name, *numbers, *made)
+            model = coded_afterwards(_fitted(character, self.method, self.differences, self.weight_scale), storage)
+        seconds, size, cost = perf_counter() - begin, storage.bytes_of(model), model.footprint
+        shares, errors = _shares(character, size), _errors(model_errors(character, model))
+        numbers = size, storage.bytes_on_wire, *shares, cost.fetches, *errors, seconds
+        made = cost.differences, self.weight_scale, storage.weights.name
+        return Point(self.family, storage.textures.name, *numbers, *made)
 
 
 @lru_cache(maxsize=1)

@@ -11,7 +11,8 @@ from reports.rates.findings import find
 from reports.sections import Section
 
 DATA = "rates.json"
-WIDE, NARROW = 1200.0, 380.0
+# Two plots side by side, and one below the other on phones.
+WIDE, NARROW = 570.0, 380.0
 
 
 def write_rates_report(document: RatesDocument, folder: Path) -> Path:
@@ -32,7 +33,7 @@ def write_rates_report(document: RatesDocument, folder: Path) -> Path:
         DATA,
         replace(document, findings=find(plain(document))),
         lambda data: [section for one in data["rounds"] for section in (_section(one), _numbers(one))],
-        kicker="Error against GPU memory: packs, and block compression of every texture",
+        kicker="Error against GPU memory and files: packs, and block compression of every texture",
         title=f"{document.character.name} – error against GPU memory, by FaceZip",
     )
 
@@ -44,10 +45,10 @@ def _section(one: Data) -> Section:
         f"expressions-{count}",
         f"{count} expressions",
         f"{count} expressions",
-        "Marks: everything that was tried. Lines: the best of each family. Lower and further left is better."
-        + together,
+        "Marks: everything that was tried. Lines: the best of each family. Lower and further left is better. Files are "
+        "what a page loads: blocks in KTX2 under Zstandard, raw texels in PNG." + together,
         legend=curves.legend(one),
-        plots=((curves.curves(one, WIDE), curves.curves(one, NARROW)),),
+        plots=tuple((curves.curves(one, WIDE, size), curves.curves(one, NARROW, size)) for size in curves.SIZES),
         tables=(curves.comparison(one),),
     )
 

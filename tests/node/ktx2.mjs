@@ -1,9 +1,12 @@
-// What ktx-parse reads of KTX2 files; with --decode, what three.js' Basis transcoder makes of their levels.
+// What ktx-parse reads of KTX2 files, and three.js' Zstandard of their levels; with --decode, its Basis transcoder too.
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { read } from "ktx-parse";
+import { ZSTDDecoder } from "three/examples/jsm/libs/zstddec.module.js";
 
 const RGBA32 = 13;
+const zstandard = new ZSTDDecoder();
+await zstandard.init();
 const base64 = (bytes) => Buffer.from(bytes).toString("base64");
 
 async function transcoder() {
@@ -26,7 +29,9 @@ function parse(content) {
     transfer: sheet.transferFunction,
     samples: sheet.samples.map((sample) => [sample.channelType, sample.bitOffset, sample.bitLength]),
     keys: Object.keys(file.keyValue),
-    levels: file.levels.map((level) => base64(level.levelData)),
+    options: file.keyValue.KTXwriterScParams,
+    frames: file.levels.map((level) => level.levelData.length),
+    levels: file.levels.map((level) => base64(zstandard.decode(level.levelData, level.uncompressedByteLength))),
   };
 }
 

@@ -5,10 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from zstandard import ZstdCompressor
 
 from facezip.blocks.codecs import bc4, bc7, raw
 from facezip.documents.document import plain
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.images import png
 from facezip.fit.choice import whole_error
 from facezip.fit.coded import coded_afterwards
 from facezip.fit.methods import compress
@@ -16,11 +18,13 @@ from facezip.fit.storage import Storage
 from facezip.pack.errors import MapErrors, model_errors
 from reports.rates import experiment
 from reports.rates.comparison import compare, envelope, in_use
+from reports.rates.curves import SIZES, curves
 from reports.rates.families import FAMILIES, RAW, tried
+from reports.rates.findings import find
 from reports.rates.points import Pack, Point, Textures
 from reports.rates.report import write_rates_report
 from tests.documents.checked import check
-from tests.facezip.conftest import random_character
+from tests.facezip.conftest import ALBEDO_KEY, random_character
 from tests.facezip.surfaces import random_surface
 from tests.reports.test_validation import Page
 
@@ -29,7 +33,8 @@ HOSTILE = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)> {{ 7*7 }} &
 
 def point(family, size, error, differences=4, fetches=6):
     errors = {"albedo": MapErrors(rmse=error)}
-    return Point(family, "raw", 100 * size, size, size, fetches, error, 40.0, errors, 1.0, differences, 8, "bc4")
+    sizes = 100 * size, 80 * size, size, size
+    return Point(family, "raw", *sizes, fetches, error, 40.0, errors, 1.0, differences, 8, "bc4")
 
 
 WAYS = [
@@ -77,6 +82,23 @@ def test_a_coded_pack_costs_its_blocks():
     # Three textures at a byte a texel, and for every expression and slot one block of eight bytes for 4 x 4 weights.
     weights = len(character.expressions) * 2 * 8 / 32**2
     assert measured.measure(character).bytes_per_texel == pytest.approx(3 + weights)
+
+
+def test_files_weigh_what_zstandard_and_png_leave_of_every_texture():
+    character = random_character(side=32)
+    images = [character.texels(name, ALBEDO_KEY) for name in ("neutral", *character.expressions)]
+    for codec, size in (
+        (bc7(), lambda image: len(ZstdCompressor(level=19).compress(bc7().store(image)))),
+        (raw(3), lambda image: len(png(image))),
+    ):
+        assert Textures("textures_bc", codec).measure(character).bytes_on_wire == sum(map(size, images))
+
+
+def test_a_pack_s_files_are_its_own_whatever_was_measured_before():
+    character = random_character(side=32)
+    more, fewer = (Pack("refined_raw", "refined", count, 8, RAW) for count in (4, 2))
+    alone = fewer.measure(character).bytes_on_wire
+    assert more.measure(character).bytes_on_wire > alone == fewer.measure(character).bytes_on_wire
 
 
 def test_bytes_are_those_of_all_maps_and_tiles(tiled):
@@ -157,6 +179,17 @@ def test_textures_are_compared_with_packs_of_the_same_devices():
     assert pairs == {("textures_astc", "refined_astc"), ("textures_bc", "refined_bc")}
 
 
+def test_what_is_sent_is_a_share_of_gpu_memory_in_words_and_on_an_axis_of_its_own():
+    points = [point("textures_astc", 5.0, 1.0), point("refined_astc", 2.0, 0.5)]
+    points[1] = replace(points[1], bytes_on_wire=180)
+    one = {"expressions": 20, "points": plain(points), "comparison": plain(compare(points))}
+    words = " ".join(finding.here for finding in find({"rounds": [one]}))
+    assert "0.90 of it for packs in ASTC and 0.80 of it for every texture in ASTC" in words
+    shown = {against: [mark.title for mark in curves(one, 570.0, against).marks if mark.title] for against in SIZES}
+    assert any("2.00 bytes a texel" in title for title in shown["GPU memory"])
+    assert any("1.80 bytes a texel" in title for title in shown["files"])
+
+
 def test_bits_and_decibels_are_the_bytes_and_the_error():
     character = random_character(side=32)
     found = Textures("textures_bc", bc7()).measure(character)
@@ -193,7 +226,7 @@ def test_the_page_loads_nothing_but_itself_and_names_run_nothing(document, tmp_p
     assert [url for url in page.references if not url.startswith(("data:", "#"))] == []
     assert page.handlers == []
     assert page.count("img") == 0
-    assert page.count("figure", "wide") == page.count("figure", "narrow") == 2
+    assert page.count("figure", "wide") == page.count("figure", "narrow") == 4
 
 
 def test_json_beside_the_page_holds_the_document(document, tmp_path):

@@ -117,11 +117,13 @@ def test_ktx_parse_reads_the_ktx2_files(apart, tmp_path, node, maps, name, forma
     codec = {1: bc4(), 2: bc5(), 3: bc7()}[sheet.channels]
     (facts,) = node("ktx2.mjs", tmp_path / "out" / f"{sheet.textures[0]}.ktx2")
     assert facts["size"] == [*sheet.size, 0, 0, 1]
-    assert (facts["format"], facts["scheme"], facts["model"], facts["transfer"]) == (format_, 0, model, 1)
+    assert (facts["format"], facts["scheme"], facts["model"], facts["transfer"]) == (format_, 2, model, 1)
     assert facts["samples"] == samples
-    assert facts["keys"] == ["KTXorientation", "KTXwriter"]
+    assert facts["keys"] == ["KTXorientation", "KTXwriter", "KTXwriterScParams"]
+    assert facts["options"] == "--zstd 19"
     levels = [base64.b64decode(level) for level in facts["levels"]]
     assert levels == [level.stored[sheet.textures[0]].tobytes() for level in code(sheet, codec)[3]]
+    assert facts["frames"][0] < len(levels[0])
 
 
 def test_levels_halve_until_one_texel_is_left():

@@ -58,7 +58,7 @@ def test_the_loop_gains_over_all_maps_and_tiles(tiled):
 def test_neutrals_are_what_the_codec_gives_back_of_the_scans(tiled):
     model = fit_coded(tiled, 2, 4, ASTC, alternations=1)
     for (name, tile), stack in tiled.stacks.items():
-        expected = ASTC.neutral(to_float(stack.neutral), KNOWN[name])
+        expected = ASTC.neutral(to_float(stack.neutral), KNOWN[name], (name, tile, "neutral"))
         np.testing.assert_array_equal(model.parts[name, tile].neutral, expected)
         assert model.weights[tile].shape == (9, 24, 12, 2)
 
@@ -70,9 +70,32 @@ def test_normals_are_coded_as_the_images_that_they_are_and_not_as_slopes(codec):
     normals = normals_of(np.stack([0.3 * np.sin(x), 0.3 * np.cos(y)], axis=2).astype(np.float32))
     kind = KNOWN["normal"]
     texels = kind.encode(normals)
-    back, slopes = Storage(codec).neutral(texels, kind), np.rint(texels * 255) / np.float32(255)
+    back = Storage(codec).neutral(texels, kind, ("normal", 1001, "neutral"))
+    slopes = np.rint(texels * 255) / np.float32(255)
     errors = [angles(kind.decode(some), normals).mean() for some in (back, slopes)]
     assert errors[0] < 0.6 * errors[1]
+
+
+@pytest.mark.parametrize("in_the_loop", [True, False])
+def test_the_files_are_the_blocks_that_a_sampler_sees(tiled, in_the_loop):
+    storage = Storage(bc7(), bc4())
+    if in_the_loop:
+        model = fit_coded(tiled, 2, 4, storage, alternations=2)
+    else:
+        model = coded_afterwards(compress(tiled, differences=2, weight_scale=4), storage)
+    # Of every map on every tile the neutral and two differences, and one of BC4 for each slot.
+    assert len(storage.files) == 2 * 3 * 3 + 2 * 2
+    for (name, tile), part in model.parts.items():
+        for slot, difference in enumerate(part.differences):
+            steps = bc7().load(storage.files[name, tile, slot], (96, 48, 3))[..., : difference.shape[2]] - 128.0
+            scale = np.abs(difference).max(axis=(0, 1)) / np.abs(steps).max(axis=(0, 1))
+            np.testing.assert_allclose(difference, steps * scale, rtol=1e-4, atol=1e-7)
+    for tile, weights in model.weights.items():
+        blocks = storage.files["weights", tile, 1].reshape(len(weights), -1)
+        seen = np.stack([bc4().load(one, (*weights.shape[1:3], 1)) for one in blocks])[..., 0] / 65535
+        slot = weights[..., 1]
+        shares = (slot - slot.min()) / np.ptp(slot)
+        np.testing.assert_allclose(shares, (seen - seen.min()) / np.ptp(seen), atol=1e-4)
 
 
 def test_it_is_the_same_every_time(character):
