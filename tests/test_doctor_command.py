@@ -66,7 +66,7 @@ def test_an_image_that_crashes_its_decoder_is_one_finding_of_the_command(scans, 
     assert done.returncode == ExitCode.BAD_INPUT, done.stderr
     (refusal,) = json.loads(done.stdout)["refusals"]
     assert refusal["code"] == ErrorCode.UNREADABLE_IMAGE
-    assert "neutral.roughness.1002.png: not a readable image (its decoder crashed, SIGSEGV)" in refusal["words"]
+    assert "neutral.roughness.1002.png: not a readable image (its decoder crashed (SIGSEGV))" in refusal["words"]
     assert done.stderr == ""
 
 

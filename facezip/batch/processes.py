@@ -58,7 +58,7 @@ class ProcessWorkers(Executor):
             except Died as died:
                 lost = died
                 self._forget(worker)
-        raise worker_lost(lost, f", {ATTEMPTS} times")
+        raise worker_lost(lost, f", tried {ATTEMPTS} times,")
 
     def _worker(self) -> Worker:
         """The process of this thread."""

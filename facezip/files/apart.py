@@ -19,7 +19,7 @@ from facezip.machine.worker import Died, Worker, worker_lost
 
 Result = TypeVar("Result")
 
-# Seconds for what a decoder does at one go: 256 rows, or a whole image, of which the largest take a sixth of it.
+# Seconds for what a decoder does at one go: 256 rows, or a whole image, of which the largest take ten of a processor.
 PATIENCE = 120
 # Bytes of addresses that libraries take and never touch.
 UNTOUCHED = 2**30
@@ -86,7 +86,7 @@ class _Reading:
 def _limited(
     room: int, scratch: Path | None, refused: Mapping[str, str], work: Callable[..., Result], args: tuple[Any, ...]
 ) -> Result:
-    """What the process does: nothing that it leaves behind, takes or opens again outlasts it."""
+    """``work(*args)`` under the limits of this process, which are for one call."""
     from facezip.files.opening import refuse
 
     if scratch is not None:
@@ -126,9 +126,9 @@ def _scratch() -> Iterator[Path | None]:
 
 
 def _left() -> int:
-    """Bytes of memory that the machine has left, on its disk too, and of addresses that take none."""
+    """Bytes of addresses: of the memory that the machine has left, with that on disk, and of what takes none."""
     if not _MEMINFO.is_file():
         return sys.maxsize
     lines = (line.split() for line in _MEMINFO.read_text(encoding="ascii").splitlines())
     kilobytes = {words[0]: int(words[1]) for words in lines}
-    return UNTOUCHED + 1024 * (kilobytes["MemAvailable:"] + kilobytes["SwapFree:"])
+    return UNTOUCHED + 1024 * (kilobytes["MemAvailable:"] + kilobytes.get("SwapFree:", 0))

@@ -20,19 +20,28 @@ SECOND = 1.0
 
 
 class Died(Exception):
-    """A process is gone; in words, what it did.
+    """A process is gone; in words, what became of it.
 
-    Attributes
+    Parameters
     ----------
-    crash : the signal's name, where the process ended by a fault of its own; otherwise "".
+    code : its exit code, or minus the signal that ended it.
     files : at which it was.
+    silent : for how many seconds it had told nothing when it was ended therefore; 0 where it was not.
     """
 
     def __init__(self, code: int | None, files: list[str], silent: int = 0) -> None:
-        self.crash = signal.Signals(-code).name if code is not None and -code in CRASHES else ""
+        super().__init__(f"did not go on for {silent} s" if silent else _ending(code))
         self.files = files
-        crashed = f"crashed, {self.crash}" if self.crash else "was ended by the system, most likely for memory"
-        super().__init__(f"did not go on for {silent} s" if silent else crashed)
+        self.for_memory = not silent and code == -signal.SIGKILL
+
+
+def _ending(code: int | None) -> str:
+    if code is None or code >= 0:
+        return f"ended with code {code}"
+    name = signal.Signals(-code).name
+    if -code in CRASHES:
+        return f"crashed ({name})"
+    return f"was ended ({name}){', most likely for memory' if -code == signal.SIGKILL else ''}"
 
 
 class Worker:
@@ -105,21 +114,25 @@ class Worker:
 
 
 def worker_lost(died: Died | None = None, times: str = "") -> FaceZipError:
-    """The error for a task that ends the process which does it, as often as ``times`` says."""
-    if died is None or not died.crash:
-        remedy = "use fewer workers or smaller textures"
-        words = f"its process was ended in the middle{times}, most likely for memory; {remedy}"
-        return FaceZipError(ErrorCode.WORKER_LOST, words)
-    where = f"at {' or '.join(died.files)}" if died.files else "most likely in a library that decodes its images"
-    words = f"its process crashed in the middle{times} ({died.crash}), {where}; export them anew, and please report it"
-    return FaceZipError(ErrorCode.WORKER_LOST, f"{words} with the image")
+    """The error for a task that ends the process which does it.
+
+    Parameters
+    ----------
+    died : how the last one ended; None where that is not known, as of another machine.
+    times : how often it was tried, in words that follow a word.
+    """
+    what = "was ended, most likely for memory" if died is None else str(died)
+    if died is None or died.for_memory:
+        return FaceZipError(ErrorCode.WORKER_LOST, f"its process{times} {what}; use fewer workers or smaller textures")
+    at = f"at {' or '.join(died.files)}" if died.files else "most likely in a library that decodes its images"
+    remedy = "export its images anew, and please report it with them"
+    return FaceZipError(ErrorCode.WORKER_LOST, f"its process{times} {what}, {at}; {remedy}")
 
 
 def _serve(pipe: Connection) -> None:
     """Answer calls until the other side is gone."""
     # Ctrl-C in a terminal reaches all processes; the one that started this has something to say about it.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-
     lock = Lock()
 
     def send(what: Any) -> None:
