@@ -6,13 +6,21 @@ BIN := .venv/bin
 BLENDER ?= 4.5.15
 BLENDER_PYTHON ?= python3.11
 
-.PHONY: demo test docs figures pictures engines trust lint viewer lock clean
+.PHONY: demo test floors docs figures pictures engines trust lint viewer lock clean
 
 demo: .venv/ready
 	$(BIN)/facezip demo -o out/demo --overwrite
 
 test: .venv/ready
 	$(BIN)/python -m pytest -rs --numprocesses auto --dist loadfile
+
+# The same with the lowest versions that pyproject.toml allows, in an environment of its own: needs uv. The site has floors of its own.
+FLOORS := .venv-floors/bin/python
+floors:
+	uv venv --quiet --clear --python python3.11 .venv-floors
+	uv pip install --quiet --python $(FLOORS) --resolution lowest-direct --requirements pyproject.toml --extra dev
+	uv pip install --quiet --python $(FLOORS) --no-deps --no-build-isolation --editable .
+	NUMBA_CACHE_DIR=$(CURDIR)/.venv-floors/kernels $(FLOORS) -m pytest -rs --numprocesses auto --dist loadfile --ignore tests/test_site.py
 
 # The site, out/site/index.html: strictly, so that a dead link or anchor is an error.
 docs: .venv/ready
@@ -71,4 +79,4 @@ lock:
 	  --generate-hashes --no-emit-index-url --no-annotate --no-header --output-file requirements.txt
 
 clean:
-	rm -rf .venv .venv-engines out build *.egg-info facezip/viewer/bundle
+	rm -rf .venv .venv-engines .venv-floors out build *.egg-info facezip/viewer/bundle

@@ -7,6 +7,11 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# No law is of wall-clock time, and other work may share the machine.
+settings.register_profile("facezip", deadline=None)
+settings.load_profile("facezip")
 
 # For the tests of the pytest plugin.
 pytest_plugins = ["pytester"]

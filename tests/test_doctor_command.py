@@ -1,7 +1,10 @@
 """``facezip doctor``: what is read from where, all reasons at once, and what would break an export."""
 
 import json
+import os
 import shutil
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +15,7 @@ from hypothesis import strategies as st
 
 from facezip.character.loading import save_character
 from facezip.commands.doctor import command
-from facezip.errors import ExitCode
+from facezip.errors import ErrorCode, ExitCode
 from facezip.export import TARGETS
 from facezip.export.documents.tiles import TilesDocument
 from facezip.export.record import checksum, with_record
@@ -22,7 +25,14 @@ from facezip.fit.methods import compress
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_character, random_model
 from tests.facezip.export.gains import regions_in
+from tests.facezip.files import broken
 from tests.facezip.surfaces import random_surface
+
+
+@pytest.fixture(autouse=True)
+def in_this_process(monkeypatch):
+    """What a process of its own changes, :mod:`tests.facezip.files.test_apart` shows."""
+    monkeypatch.setattr("facezip.commands.doctor.apart", lambda work, *args: work(*args))
 
 
 def doctor(path):
@@ -48,6 +58,18 @@ def kept(tmp_path_factory):
     for target in ("gltf", "unity", "godot"):
         TARGETS[target](place / "pack.facezip", place / target)
     return place
+
+
+def test_an_image_that_crashes_its_decoder_is_one_finding_of_the_command(scans, tmp_path):
+    broken.mark(scans / "neutral.roughness.1002.png", b"crash")
+    call = [sys.executable, "-c", "from facezip.cli import main; main()", "doctor", scans, "--json"]
+    surroundings = os.environ | broken.surroundings(tmp_path)
+    done = subprocess.run(call, env=surroundings, capture_output=True, text=True, timeout=200, check=False)
+    assert done.returncode == ExitCode.BAD_INPUT, done.stderr
+    (refusal,) = json.loads(done.stdout)["refusals"]
+    assert refusal["code"] == ErrorCode.UNREADABLE_IMAGE
+    assert "neutral.roughness.1002.png: not a readable image (its decoder crashed (SIGSEGV))" in refusal["words"]
+    assert done.stderr == ""
 
 
 @pytest.fixture

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from facezip.batch.cluster import cluster
-from facezip.batch.processes import ProcessWorkers, worker_lost
+from facezip.batch.processes import ProcessWorkers
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.machine.cores import cores, use_cores
 from facezip.machine.progress import task
+from facezip.machine.worker import worker_lost
 
 Result = TypeVar("Result")
 

@@ -10,17 +10,12 @@ from rich.table import Table
 from rich.text import Text
 
 from facezip.character.diagnosis import Diagnosis, Row
-from facezip.character.examination import examine_character
 from facezip.character.notes import lines
 from facezip.commands import options
 from facezip.errors import ErrorCode, ExitCode, FaceZipError
-from facezip.export.examination import examine_export
-from facezip.export.record import FILE_NAME as EXPORT
-from facezip.export.web import page_at
-from facezip.files.reading import undisturbed
+from facezip.files.apart import apart
+from facezip.machine.progress import left_alone, show_progress
 from facezip.names import printable
-from facezip.pack.examination import examine_pack
-from facezip.pack.manifest import FILE_NAME as MANIFEST
 
 TOML = "a character.toml for these files, to complete and to put beside them"
 COLUMNS = ("what", "tile", "file", "encoding", "orientation", "size", "unit")
@@ -39,7 +34,8 @@ def command(path: Path, as_json: bool) -> int:
 
     The exit code is 3 if something has to be mended, and 7 if something is for you to decide.
     """
-    found = undisturbed(path, lambda: _examined(path))
+    with left_alone():
+        found = apart(_examined, path)
     if sys.stdout.isatty() and not as_json:
         _show(found)
     else:
@@ -50,6 +46,21 @@ def command(path: Path, as_json: bool) -> int:
 
 
 def _examined(path: Path) -> Diagnosis:
+    """Of the process that reads: this one need not import what only that one uses."""
+    from facezip.files.reading import undisturbed
+
+    with show_progress():
+        return undisturbed(path, lambda: _diagnosis(path))
+
+
+def _diagnosis(path: Path) -> Diagnosis:
+    from facezip.character.examination import examine_character
+    from facezip.export.examination import examine_export
+    from facezip.export.record import FILE_NAME as EXPORT
+    from facezip.export.web import page_at
+    from facezip.pack.examination import examine_pack
+    from facezip.pack.manifest import FILE_NAME as MANIFEST
+
     if not path.exists():
         reason = "no such file or folder; give a character, a pack or an export"
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: {reason}")

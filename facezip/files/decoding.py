@@ -18,6 +18,7 @@ from facezip.files.bands import BAND, Bands, filled, placed, sliced, upright
 from facezip.files.facts import Facts
 from facezip.files.opening import opened, reason, unreadable
 from facezip.files.statements import facts_of
+from facezip.machine import telling
 from facezip.machine.rows import BLOCK
 
 # Of the largest number: what rounding, or a lossy compression, may leave a colour above its alpha.
@@ -83,6 +84,7 @@ def _read(image: Any, spec: Any, facts: Facts, top: int, bottom: int) -> NDArray
     channels = facts.layer.channels
     rows, among = (spec.y + top, spec.y + bottom), (min(channels), max(channels) + 1)
     kind = _TYPES[facts.type]
+    telling.go_on()
     if spec.tile_width == 0:
         read = image.read_scanlines(*rows, 0, *among, kind)
     else:

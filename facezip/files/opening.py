@@ -1,6 +1,6 @@
 """Opening an image file: nothing is decoded before what it claims about itself has been found possible."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -9,7 +9,8 @@ import OpenImageIO as oiio
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.muting import muted_stderr
-from facezip.files.reading import check_expansion, reading
+from facezip.files.reading import check_expansion, digest, reading
+from facezip.machine import telling
 
 MAX_SIDE = 16384
 # Layers of a render beside the texture; four channels at most are read.
@@ -38,6 +39,15 @@ OTHER_SUFFIXES = (
 
 oiio.attribute("try_all_readers", 0)
 
+# The sha256 of images that are not opened → why.
+_refused: Mapping[str, str] = {}
+
+
+def refuse(digests: Mapping[str, str]) -> None:
+    """Open no image any more whose bytes have one of these sha256, whatever it is called: → why."""
+    global _refused
+    _refused = digests
+
 
 @contextmanager
 def opened(path: Path) -> Iterator[Any]:
@@ -50,8 +60,10 @@ def opened(path: Path) -> Iterator[Any]:
     """
     config = oiio.ImageSpec()
     config.attribute("oiio:UnassociatedAlpha", 1)
-    with reading(path), muted_stderr:
+    with reading(path), muted_stderr, telling.at(path):
         _check_kind(path)
+        if _refused and (why := _refused.get(digest(path))):
+            raise unreadable(path, why)
         image = oiio.ImageInput.open(str(path), config)
         if image is None:
             raise unreadable(path, reason(oiio))

@@ -1,5 +1,6 @@
 """What all readers share: no error of the system or of memory leaves them as anything but a ``FaceZipError``."""
 
+import hashlib
 import os
 import time
 from collections.abc import Callable, Iterator
@@ -39,6 +40,12 @@ def reading(path: Path) -> Iterator[None]:
         raise FaceZipError(
             ErrorCode.TOO_LARGE, f"{path}: does not fit into memory; make it smaller or use a larger machine"
         ) from None
+
+
+def digest(path: Path) -> str:
+    """The sha256 of a file's bytes."""
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def undisturbed(folder: Path, read: Callable[[], Found]) -> Found:

@@ -33,6 +33,21 @@ def show_progress() -> Iterator[None]:
             _bars.reset(token)
 
 
+@contextmanager
+def left_alone() -> Iterator[None]:
+    """Draw no bars inside: another process draws its own on the terminal."""
+    bars = _bars.get()
+    if bars is None:
+        yield
+        return
+    bars.stop()
+    try:
+        yield
+    finally:
+        # It shows the cursor again too, which a process that was killed has hidden.
+        bars.start()
+
+
 def say_once(words: str) -> None:
     """A line above the bars, from any thread, where bars are drawn and it has not been said."""
     if _shown and words not in _said:

@@ -1,4 +1,4 @@
-"""The readers under random bytes: ``python -m tests.trust.fuzz [--seconds 600] [--reader image] [--seed 0]``.
+"""The readers under random bytes: ``python -m tests.trust.fuzz [--seconds 600 | --inputs 8000] [--reader image]``.
 
 A corpus of small valid files, and changes to them. A finding is whatever leaves a reader but a ``FaceZipError``: it is
 kept under ``out/fuzz/``; once it is understood, it moves to ``tests/data/findings`` under a name that says what it is,
@@ -7,8 +7,10 @@ and is read by the tests from then on.
 
 import argparse
 import hashlib
+import itertools
 import json
 import logging
+import math
 import random
 import re
 import shutil
@@ -16,7 +18,8 @@ import sys
 import tempfile
 import time
 import warnings
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -219,22 +222,35 @@ def _row(reader: str, files: list[Path], batches: int) -> Row:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=60)
+    parser.add_argument("--inputs", type=int, help="of each reader, instead of so many seconds")
     parser.add_argument("--reader", choices=READERS)
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seed", type=int, default=0, help="of the first batch; the table begins with 0")
     options = parser.parse_args()
+    readers = [options.reader] if options.reader else list(READERS)
+    cases, found = Counter[str](), Counter[str]()
     with tempfile.TemporaryDirectory() as work:
         corpus = make_corpus(Path(work))
-        readers = [options.reader] if options.reader else list(READERS)
-        end, seed, found = time.monotonic() + options.seconds, options.seed, 0
-        while time.monotonic() < end:
+        for seed in _seeds(options, len(readers)):
             reader = readers[seed % len(readers)]
             for kind, content, fault in _batch(reader, corpus[reader], seed):
                 keep(kind, bytes.fromhex(content), fault)
-                found += 1
-            seed += 1
-            print(f"\r{(seed - options.seed) * BATCH} cases, {found} findings", end="", file=sys.stderr)
+                found[reader] += 1
+            cases[reader] += BATCH
+            print(f"\r{cases.total()} cases, {found.total()} findings", end="", file=sys.stderr)
     print(file=sys.stderr)
+    print(
+        *(Row(f"fuzzed inputs of the {name} reader", cases[name], {"findings": found[name]}) for name in readers),
+        sep="\n",
+    )
     sys.exit(1 if found else 0)
+
+
+def _seeds(options: argparse.Namespace, readers: int) -> Iterator[int]:
+    """Of batches that readers get in turn."""
+    if options.inputs is not None:
+        return iter(range(options.seed, options.seed + math.ceil(options.inputs / BATCH) * readers))
+    end = time.monotonic() + options.seconds
+    return itertools.takewhile(lambda _: time.monotonic() < end, itertools.count(options.seed))
 
 
 def _batch(reader: str, files: list[Path], seed: int) -> list[tuple[str, str, str]]:

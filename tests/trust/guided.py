@@ -1,4 +1,4 @@
-"""The readers under bytes that coverage guides: ``python -m tests.trust.guided [--seconds 600] [READER ...]``.
+"""The readers under bytes that coverage guides: ``python -m tests.trust.guided [--seconds 600 | --inputs 8000]``.
 
 atheris changes inputs, and keeps each that takes a branch of facezip that none before it took. What it keeps lies in
 ``out/corpus/READER``. The next run starts from there, from the corpus that is committed and from the small valid files
@@ -92,12 +92,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("readers", nargs="*", metavar="READER", default=readers())
     parser.add_argument("--seconds", type=int, default=60, help="for each reader")
+    parser.add_argument("--inputs", type=int, help="of each reader, instead of so many seconds")
+    parser.add_argument("--seed", type=int, help="of the changes, as of libFuzzer; the table's is 1  [default: any]")
     parser.add_argument("--commit", action="store_true", help="the corpus, after that")
     options = parser.parse_args()
     unpack(CORPUS)
     passed = True
+    until = f"-max_total_time={options.seconds}" if options.inputs is None else f"-runs={options.inputs}"
+    seed = [] if options.seed is None else [f"-seed={options.seed}"]
     for name in options.readers:
-        for row in fuzz([name], CORPUS, f"-max_total_time={options.seconds}"):
+        for row in fuzz([name], CORPUS, until, *seed):
             print(row, flush=True)
             passed &= row.passed
     if options.commit:

@@ -5,12 +5,14 @@ import os
 import resource
 import signal
 import time
+from pathlib import Path
 
 import pytest
 
 from facezip.batch.processes import ATTEMPTS, ProcessWorkers
 from facezip.batch.workers import Crew
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.machine import telling
 
 
 def die_until(folder, times, value):
@@ -24,9 +26,10 @@ def die_until(folder, times, value):
 
 def decode(file):
     """Stands for a decoder that some image crashes, as memory that it must not touch does."""
-    if "crashes" in file:
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        ctypes.string_at(0)
+    with telling.at(Path(file)):
+        if "crashes" in file:
+            resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+            ctypes.string_at(0)
     return file
 
 
@@ -80,7 +83,7 @@ def test_a_decoder_that_crashes_fails_its_own_job_alone_and_is_said_to_have_cras
     assert isinstance(lost, FaceZipError)
     assert lost.code is ErrorCode.WORKER_LOST
     assert "crashed" in str(lost)
-    assert "SIGSEGV" in str(lost)
+    assert "SIGSEGV), at crashes.png;" in str(lost)
     assert outcomes == {file: file for file in files if file != "crashes.png"}
 
 
