@@ -31,8 +31,8 @@ from facezip.machine.rows import by_rows
 # Bytes that a disk may have left although it has refused some.
 FULL = 2**16
 TIFF, EPOCH = (".tif", ".tiff"), "1970:01:01 00:00:00"
-# Of PNG. In skin nothing is found again but runs, and what seems to be takes more bits than its texels do: files are 5 %
-# smaller than with matches of any length, and written four times as fast. Of the filters, libpng's number of "up".
+# Of PNG. Skin has no matches but runs; what seems to be one takes more bits than its texels. Files are 5 % smaller so,
+# and written four times as fast. Of the filters, libpng's number of "up".
 RUNS, UP = "rle", 32
 
 Texels = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
