@@ -38,6 +38,7 @@ pictures: demo
 	$(BIN)/python -m reports.portrait $(SCANS_AND_PACK) docs/portrait.webp
 	$(BIN)/python -m reports.portrait $(SCANS_AND_PACK) docs/maps.webp side
 	$(BIN)/python -m tests.browser.pictures out/demo docs
+	$(BIN)/python -m reports.timeline 2048 docs/timeline.svg
 
 # Exports in Blender, USD and MaterialX, and the verdict of the demo once more in Cycles: tens of minutes.
 engines: .venv/ready .venv-engines/ready

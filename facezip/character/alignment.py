@@ -180,7 +180,7 @@ class _Neutral:
         # Features are looked for on half of that.
         self._step = -(-max(neutral.shape) // features.SIDE)
         self._features, self._cells = self._log(neutral), _cells(weight)
-        self._weights = [reduced(weight[:, :, None], step) for step in _levels(weight)]
+        self._weights = [_means(weight[:, :, None], step) for step in _levels(weight)]
         self._face = gaussian_filter(_cells(weight), 0.5)
 
     def alignment(self, n: int) -> Alignment:
@@ -203,8 +203,7 @@ class _Neutral:
         )
 
     def _log(self, texture: NDArray[np.float32]) -> NDArray[np.float32]:
-        smaller = reduced(texture[:, :, None], self._step)
-        return np.log(smaller * self._stack.scale + np.float32(DARK))
+        return np.log(_means(texture[:, :, None], self._step) * self._stack.scale + np.float32(DARK))
 
     def _looked_for(self, other: NDArray[np.float32]) -> tuple[Feature | None, str | None]:
         """A feature that is not in its place, in texels of the texture, and how the whole is turned."""
@@ -217,7 +216,7 @@ class _Neutral:
 
 def _pyramid(luminance: NDArray[np.float32], scale: np.float32) -> list[NDArray[np.float32]]:
     """Log luminance without its local mean, at every level: a gain of the exposure changes nothing."""
-    levels = [reduced(luminance[:, :, None], step) for step in _levels(luminance)]
+    levels = [_means(luminance[:, :, None], step) for step in _levels(luminance)]
     logs = [np.log(level * scale + np.float32(DARK)) for level in levels]
     return [log - uniform_filter(log, NEIGHBOURHOOD) for log in logs]
 
@@ -267,7 +266,10 @@ def _solved(sums: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.
 
 
 def reduced(texels: NDArray[Any], factor: int) -> NDArray[np.float32]:
-    """The mean ``(H // factor, W // factor)`` over channels and blocks of factor x factor; a part block is left out."""
+    """The mean ``(H / factor, W / factor)`` over channels and blocks of factor x factor; a part block is left out.
+
+    Of a texture that may live in a file, and goes by rows; :func:`_means` is the same of what is in memory.
+    """
     shape = texels.shape[0] // factor, texels.shape[1] // factor
     return by_rows(lambda rows: _means(texels[rows.start * factor : rows.stop * factor], factor), shape, np.float32)
 
@@ -276,14 +278,19 @@ def reduced(texels: NDArray[Any], factor: int) -> NDArray[np.float32]:
 def _means(texels: NDArray[np.uint8], factor: int) -> NDArray[np.float32]:
     height, width, channels = texels.shape
     out = np.empty((height // factor, width // factor), np.float32)
-    share = np.float32(1 / (factor * factor * channels))
+    share, many = np.float32(1 / (factor * factor * channels)), factor * channels
+    # Sums of columns fill vector registers; those of blocks, a few values each, do not.
+    columns = np.empty(out.shape[1] * many, np.float32)
     for y in range(out.shape[0]):
+        columns[:] = 0
+        for j in range(y * factor, (y + 1) * factor):
+            row = texels[j].reshape(-1)
+            for k in range(len(columns)):
+                columns[k] += np.float32(row[k])
         for x in range(out.shape[1]):
             total = np.float32(0)
-            for j in range(y * factor, (y + 1) * factor):
-                for i in range(x * factor, (x + 1) * factor):
-                    for c in range(channels):
-                        total += np.float32(texels[j, i, c])
+            for k in range(x * many, (x + 1) * many):
+                total += columns[k]
             out[y, x] = total * share
     return out
 
@@ -291,10 +298,9 @@ def _means(texels: NDArray[np.uint8], factor: int) -> NDArray[np.float32]:
 def _cells(weight: NDArray[np.float32]) -> NDArray[np.float32]:
     """The mean weight of every cell of the grid."""
     rows, columns = (np.arange(size) * GRID // size for size in weight.shape)
-    cells, counts = np.zeros((GRID, GRID), np.float32), np.zeros((GRID, GRID), np.float32)
-    np.add.at(cells, (rows[:, None], columns[None]), weight)
-    np.add.at(counts, (rows[:, None], columns[None]), 1)
-    return (cells / np.maximum(counts, 1)).astype(np.float32)
+    cell = (rows[:, None] * GRID + columns).ravel()
+    total, count = np.bincount(cell, weight.ravel(), GRID**2), np.bincount(cell, minlength=GRID**2)
+    return (total / np.maximum(count, 1)).astype(np.float32).reshape(GRID, GRID)
 
 
 @kernel(error_model="numpy")

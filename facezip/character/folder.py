@@ -1,7 +1,7 @@
 """Characters as folders: ``NAME.png``, ``NAME.normal.png``, ``NAME.1002.png``, ``NAME.roughness.1002.exr`` …"""
 
 from collections.abc import Callable
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,9 @@ from facezip.character.maps import ALBEDO, Key, Map
 from facezip.character.masks import read_face, seen, sized_for
 from facezip.character.meshes import Meshes
 from facezip.character.neutrals import neutral_bits, packed_neutral
+from facezip.character.notes import Note
 from facezip.character.obj_parts import Mesh
+from facezip.character.placement import Placement, placed
 from facezip.character.scans import NEUTRAL, Character, Stack, check_names
 from facezip.character.settings import SETTINGS, Settings
 from facezip.character.sizes import Sizes, read_sizes, words_for
@@ -48,7 +50,7 @@ def load_folder(
     sizes = read_sizes(layout)
     count = (1 + len(layout.expressions)) * (1 + len(layout.maps) * len(layout.tiles))
     with ThreadPoolExecutor(cores()) as pool, task("Reading the character", count) as done:
-        return _Loading(layout, sizes, pool, done).character()
+        return _Loading(layout, sizes, pool, done).character(settings.placement)
 
 
 def save_folder(character: Character, folder: Path) -> None:
@@ -109,32 +111,39 @@ class _Loading:
         self._sizes, self._notes = sizes, [*sizes.notes]
         self._meshes = FolderMeshes(layout, 1 / max(map(max, sizes.of.values())))
 
-    def character(self) -> Character:
+    def character(self, placement: Placement) -> Character:
         layout = self._layout
         self._masks: dict[int, NDArray[np.float32]] = {}
         for tile, path in layout.masks.items():
             self._masks[tile], done = read_face(path)
             self._notes += (layout.note(path, words) for words in done)
-        # Their parsers leave the interpreter to other threads: meshes and textures are read side by side.
+        # Their parsers leave the interpreter to other threads: meshes are read, and looked at, beside textures.
         neutral, self._topology = self._mesh(NEUTRAL)
         moved = [self._pool.submit(self._mesh, name) for name in self._names]
+        standing = self._pool.submit(self._placed, neutral, moved, placement)
         maps: list[Map] = []
         stacks: dict[Key, Stack] = {}
         for how in layout.maps:
             kind, tiles = self._map(how)
             maps.append(kind)
             stacks |= {(kind.name, tile): stack for tile, stack in tiles.items()}
-        vertices = np.stack([future.result()[0] for future in moved])
-        meshes = Meshes(self._topology, neutral, vertices)
+        meshes, done_to_them = standing.result()
         # Threads find them in any order.
         found = sorted([*self._meshes.notes, *self._notes], key=lambda note: (note.file, note.words))
         name = printable(layout.folder.resolve().name)
-        return Character(name, self._names, meshes, tuple(maps), stacks, (*layout.notes, *found))
+        return Character(name, self._names, meshes, tuple(maps), stacks, (*layout.notes, *found, *done_to_them))
 
     def _mesh(self, name: str) -> Mesh:
         mesh = self._meshes.in_order(name, self._meshes.read(name))
         self._done()
         return mesh
+
+    def _placed(
+        self, neutral: NDArray[np.float32], moved: list[Future[Mesh]], placement: Placement
+    ) -> tuple[Meshes, tuple[Note, ...]]:
+        # Those that it waits for were begun before it.
+        vertices = np.stack([future.result()[0] for future in moved])
+        return placed(Meshes(self._topology, neutral, vertices), self._names, placement, self._layout.folder)
 
     def _map(self, how: MapFiles) -> tuple[Map, dict[int, Stack]]:
         """A map on all tiles; floats that are kept share one range."""

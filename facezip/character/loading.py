@@ -64,7 +64,8 @@ def read_character(
             name = printable(path.resolve().name if path.is_dir() else path.stem)
             character = load_gltf(gltf, name, settings.part, maps, fewest)
             check_digits(gltf, character.meshes.neutral, character.meshes.topology)
-    character = placed(character, settings.placement, path)
+            meshes, notes = placed(character.meshes, character.expressions, settings.placement, path)
+            character = replace(character, meshes=meshes, notes=(*character.notes, *notes))
     found = seen(character)
     return replace(character, notes=(*character.notes, *found)) if found else character
 

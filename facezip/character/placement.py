@@ -17,7 +17,7 @@ from facezip.character.meshes import Meshes
 from facezip.character.motion import Points, angle_between, nearest_axes
 from facezip.character.notes import Note
 from facezip.character.orientation import Orientation, orientation_of
-from facezip.character.scans import NEUTRAL, Character
+from facezip.character.scans import NEUTRAL
 from facezip.character.units import UNITS
 from facezip.errors import ErrorCode, FaceZipError
 
@@ -66,8 +66,10 @@ class Placement:
         return np.stack([np.cross(up, front), up, front])
 
 
-def placed(character: Character, stated: Placement, path: Path) -> Character:
-    """The character as it should stand, with notes on what was done.
+def placed(
+    meshes: Meshes, expressions: tuple[str, ...], stated: Placement, path: Path
+) -> tuple[Meshes, tuple[Note, ...]]:
+    """Meshes as they should stand, and what was done to them.
 
     Raises
     ------
@@ -75,7 +77,7 @@ def placed(character: Character, stated: Placement, path: Path) -> Character:
         ``BAD_CHARACTER``: a mesh has another size, shape or place than the neutral's, a head looks elsewhere and it is
         not certain how it has to be turned, or is not of the size that the stated unit makes it.
     """
-    meshes, notes = brought_to_neutral(character.meshes, character.expressions, path)
+    meshes, notes = brought_to_neutral(meshes, expressions, path)
     if stated.unit is not None:
         meshes = _in_centimetres(meshes, stated.unit, path)
         if stated.unit != "cm":
@@ -88,9 +90,7 @@ def placed(character: Character, stated: Placement, path: Path) -> Character:
         notes.append(Note(NEUTRAL, f"{_turn_words(axes)}, as character.toml says"))
     if not np.array_equal(axes, np.eye(3)):
         meshes = _changed(meshes, axes.T)
-    if meshes is character.meshes:
-        return character
-    return replace(character, meshes=meshes, notes=(*character.notes, *notes))
+    return meshes, tuple(notes)
 
 
 def _in_centimetres(meshes: Meshes, unit: str, path: Path) -> Meshes:

@@ -1,6 +1,7 @@
-"""The main job as one call: load, check, fit, write, and measure what was written."""
+"""The main job as one call: load, fit, check, write, and measure what was written."""
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from time import perf_counter
@@ -16,7 +17,9 @@ from facezip.files.writing import check_target
 from facezip.fit.choice import Choice, choose
 from facezip.fit.documents import ChoiceFacts, CompressDocument, MeasuredPack, Registration
 from facezip.fit.extension import beside_neutral_of
+from facezip.fit.given import GivenMasks
 from facezip.fit.importance import Importance, importance_files
+from facezip.fit.kept import KeptRegion
 from facezip.fit.kept_errors import kept_facts
 from facezip.fit.kept_files import Keeping, read_kept
 from facezip.fit.locks import read_locks
@@ -99,7 +102,7 @@ def compress_into(
     overwrite: bool = False,
     warn: Callable[[str], None] = lambda _: None,
 ) -> CompressDocument:
-    """Load, clean, check, fit, write, measure; what was written.
+    """Load, clean, fit and check side by side, write, measure; what was written.
 
     Errors are those to the scans as they were fitted: clean ones, where that was asked for.
 
@@ -107,7 +110,7 @@ def compress_into(
     ----------
     character, output, overwrite : as on the command line.
     request : what else is asked for.
-    warn : is told, before the fit, which expressions are misregistered, if any.
+    warn : is told, while the fit runs, which expressions are misregistered, if any; from another thread.
 
     Raises
     ------
@@ -120,44 +123,60 @@ def compress_into(
     given = None if request.given_masks is None else read_masks(request.given_masks)
     cleaned = clean(load_character(character, keep_floats=request.keep_floats), request.clean)
     scans = cleaned.character
-    registration = check_registration(scans, scans.expressions, character, warn)
-    importance = None if request.importance is None else read_importance(request.importance, scans)
-    choice = kept = None
-    stated = request.stated
-    if request.goals:
-        choice = _chosen(scans, request, importance)
-        model = choice.model
-        stated |= {"differences": choice.trial.differences, "weight_scale": choice.trial.weight_scale}
-    else:
-        settings = asdict(request.settings)
-        slots = min(request.settings.differences, len(scans.expressions))
-        locks = read_locks(request.locks, scans, slots)
-        painted = read_painted(request.painted, scans, slots, request.settings.weight_scale)
-        if request.keeping:
-            kept = read_kept(request.keeping, scans, request.settings.differences, request.settings.weight_scale)
-            scans = beside_neutral_of(kept.stored, scans)
-            stated |= {"nonnegative": True} if kept.nonnegative else {}
-        model = compress(
-            scans,
-            request.method,
-            **settings,
-            given_masks=given,
-            locks=locks,
-            painted=painted,
-            kept=kept,
-            importance=importance,
-            map_weights=request.map_weights,
-        )
-    measured = write_measured(scans, model, output, overwrite, stated)
+    with ThreadPoolExecutor(1) as beside:
+        # It waits for the interpreter as long as for a core; a fit seldom needs the one, and leaves gaps on the other.
+        checked = beside.submit(check_registration, scans, scans.expressions, character, warn)
+        fit = _fitted(scans, request, given)
+        registration = checked.result()
+    measured = write_measured(fit.scans, fit.model, output, overwrite, fit.stated)
     return CompressDocument(
         **vars(measured),
         **vars(registration),
         pack=str(output),
         seconds=round(perf_counter() - start, 3),
-        kept=kept_facts(scans, kept, output) if kept else None,
-        choice=ChoiceFacts(reason=choice.reason, tried=choice.tried) if choice else None,
+        kept=kept_facts(fit.scans, fit.kept, output) if fit.kept else None,
+        choice=ChoiceFacts(reason=fit.choice.reason, tried=fit.choice.tried) if fit.choice else None,
         cleaning=cleaned.facts if request.clean else None,
     )
+
+
+@dataclass(frozen=True)
+class _Fitted:
+    """A model, the scans that it was fitted to, what its pack says of its making, and what was chosen or kept."""
+
+    scans: Character
+    model: CompressedTextures
+    stated: MadeWith
+    choice: Choice | None = None
+    kept: KeptRegion | None = None
+
+
+def _fitted(scans: Character, request: Request, given: GivenMasks | None) -> _Fitted:
+    importance = None if request.importance is None else read_importance(request.importance, scans)
+    if request.goals:
+        choice = _chosen(scans, request, importance)
+        found = {"differences": choice.trial.differences, "weight_scale": choice.trial.weight_scale}
+        return _Fitted(scans, choice.model, request.stated | found, choice)
+    settings, kept, stated = request.settings, None, request.stated
+    slots = min(settings.differences, len(scans.expressions))
+    locks = read_locks(request.locks, scans, slots)
+    painted = read_painted(request.painted, scans, slots, settings.weight_scale)
+    if request.keeping:
+        kept = read_kept(request.keeping, scans, settings.differences, settings.weight_scale)
+        scans = beside_neutral_of(kept.stored, scans)
+        stated |= {"nonnegative": True} if kept.nonnegative else {}
+    model = compress(
+        scans,
+        request.method,
+        **asdict(settings),
+        given_masks=given,
+        locks=locks,
+        painted=painted,
+        kept=kept,
+        importance=importance,
+        map_weights=request.map_weights,
+    )
+    return _Fitted(scans, model, stated, kept=kept)
 
 
 def write_measured(

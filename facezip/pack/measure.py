@@ -125,10 +125,14 @@ def _squared_errors(
             if y == top or not same_rows(grid.rows, y, y - 1):
                 expand_strip(weights, grid.rows.first[y], first, shares, upper)
                 expand_strip(weights, grid.rows.second[y], first, shares, lower)
-            mix_strip(upper, lower, grid.rows.fraction[y], weight)
-            read_strip(stored, y, left, 0, original)
+            most = np.float32(0)
             for x in range(LANES):
                 counts[x] = importance[y, left + x] if left + x < right else np.float32(0)
+                most = max(most, counts[x])
+            if most == 0:
+                continue
+            mix_strip(upper, lower, grid.rows.fraction[y], weight)
+            read_strip(stored, y, left, 0, original)
             _decode(stored, encoded, y, left, before, neutral, differences)
             for n in range(count):
                 total[n] += _squared_gap(n, before, neutral, differences, weight, original, counts)

@@ -1,7 +1,7 @@
 """Reading a pack: nothing is read from one that fails verification."""
 
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -63,16 +63,18 @@ def _row_bytes(manifest: Manifest) -> int:
 
 def read_stored(folder: Path, manifest: Manifest) -> StoredTextures:
     """What a verified pack holds, as it is stored; ``BAD_PACK`` as :func:`read_pack`."""
-    with reading(folder), _inside(folder):
+    with reading(folder), _inside(folder), ThreadPoolExecutor(cores()) as pool:
+        geometry = manifest.geometry
+        meshes = pool.submit(_meshes, folder, geometry, manifest.expressions) if geometry else None
         return StoredTextures(
             manifest.method,
             manifest.expressions,
             tuple(entry.kind for entry in manifest.maps),
-            {key: _part(folder, *entries) for key, entries in manifest.entries().items()},
+            {key: _part(folder, *entries, pool) for key, entries in manifest.entries().items()},
             _masked(folder, manifest, manifest.masks)
             if manifest.masks
             else {tile.number: _weights(folder, manifest, tile) for tile in manifest.tiles},
-            _meshes(folder, manifest.geometry, manifest.expressions) if manifest.geometry else None,
+            meshes.result() if meshes else None,
         )
 
 
@@ -85,16 +87,16 @@ def _inside(folder: Path) -> Iterator[None]:
         raise error if error.code is ErrorCode.BAD_PACK else bad_pack(folder, str(error)) from None
 
 
-def _part(folder: Path, entry: MapEntry, texture: TextureEntry) -> StoredPart:
+def _part(folder: Path, entry: MapEntry, texture: TextureEntry, pool: Executor) -> StoredPart:
     shape = (*texture.size, entry.image_channels)
     differences: NDArray[np.uint8] = memory.empty((len(texture.differences), *shape), np.uint8)
-    with ThreadPoolExecutor(cores()) as pool:
-        jobs = zip(texture.differences, differences, strict=True)
-        list(pool.map(lambda job: _image(folder, job[0], shape, "uint8", job[1]), jobs))
+    jobs = zip(texture.differences, differences, strict=True)
+    read = pool.map(lambda job: _image(folder, job[0], shape, "uint8", job[1]), jobs)
+    neutral = pool.submit(_image, folder, texture.neutral, shape, f"uint{texture.neutral_bits}")
+    list(read)
     # In doubles, in which the writer's multiplication is exact: the very span that was fitted comes back.
     span = (np.array(texture.difference_span, np.float64) / entry.kind.unit).astype(np.float32)
-    neutral = _image(folder, texture.neutral, shape, f"uint{texture.neutral_bits}")
-    return StoredPart(neutral, _fewer(differences, entry.channels), span)
+    return StoredPart(neutral.result(), _fewer(differences, entry.channels), span)
 
 
 def _fewer(images: NDArray[np.uint8], channels: int) -> NDArray[np.uint8]:

@@ -3,10 +3,13 @@
 import hashlib
 import os
 import stat
+from collections.abc import Iterable
+from concurrent.futures import Executor, ThreadPoolExecutor
 from pathlib import Path
 
 from facezip.files.reading import reading
 from facezip.files.renaming import recover
+from facezip.machine.cores import cores
 from facezip.pack.manifest import FILE_NAME, Manifest, StoredFile
 from facezip.pack.parsing import begins_like_a_manifest, damaged_pack, read_manifest
 
@@ -25,8 +28,10 @@ def verify_pack(path: str | Path) -> Manifest:
         recover(Path(os.path.realpath(folder)))
         manifest = read_manifest(folder)
         _check_presence(folder, manifest)
+        with ThreadPoolExecutor(cores()) as pool:
+            found = stored_files(folder, manifest.files, pool)
         for name, stated in manifest.files.items():
-            if stored(folder / name) != stated:
+            if found[name] != stated:
                 raise damaged_pack(folder, f"'{name}' was changed or damaged after it was written")
     return manifest
 
@@ -49,6 +54,12 @@ def stored(file: Path) -> StoredFile:
     """Length and checksum of a file."""
     with open(file, "rb") as content:
         return StoredFile(os.fstat(content.fileno()).st_size, hashlib.file_digest(content, "sha256").hexdigest())
+
+
+def stored_files(folder: Path, names: Iterable[str], pool: Executor) -> dict[str, StoredFile]:
+    """Lengths and checksums of files of a folder, by name."""
+    names = list(names)
+    return dict(zip(names, pool.map(lambda name: stored(folder / name), names), strict=True))
 
 
 def _check_presence(folder: Path, manifest: Manifest) -> None:

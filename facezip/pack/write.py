@@ -1,7 +1,7 @@
 """Writing a pack: whole or not at all, for readers that refuse what is not exactly so."""
 
 from collections.abc import Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -38,7 +38,7 @@ from facezip.pack.masked import MaskedWeights
 from facezip.pack.model import CompressedTextures
 from facezip.pack.parsing import MAX_BYTES
 from facezip.pack.quantise import ZERO, StoredPart, StoredWeights, quantise_part, quantise_weights
-from facezip.pack.verification import is_pack, stored
+from facezip.pack.verification import is_pack, stored_files
 
 
 def write_pack(
@@ -70,12 +70,13 @@ def write_pack(
     """
     path = Path(path)
     check_names(model.expressions, path)
-    with whole_folder(path, overwrite, is_pack) as folder:
-        tiles = tuple(_write_tile(model, tile, folder) for tile in model.tiles)
-        geometry = write_geometry(model.meshes, model.expressions, name or "head", folder)
+    with whole_folder(path, overwrite, is_pack) as folder, ThreadPoolExecutor(cores()) as pool:
+        geometry = pool.submit(write_geometry, model.meshes, model.expressions, name or "head", folder)
+        tiles = tuple(_write_tile(model, tile, folder, pool) for tile in model.tiles)
+        entry = geometry.result()
         masks = write_activations(model.masked, folder) if model.masked else None
-        files = {file.name: stored(file) for file in sorted(folder.iterdir())}
-        manifest = _manifest(model, name, tiles, geometry, masks, dict(made_with or {}), files)
+        files = stored_files(folder, sorted(file.name for file in folder.iterdir()), pool)
+        manifest = _manifest(model, name, tiles, entry, masks, dict(made_with or {}), files)
         (folder / FILE_NAME).write_bytes(checked_content(path, manifest))
 
 
@@ -95,7 +96,7 @@ def checked_content(path: Path, manifest: Manifest) -> bytes:
     return content
 
 
-def _write_tile(model: CompressedTextures, tile: int, folder: Path) -> TileEntry:
+def _write_tile(model: CompressedTextures, tile: int, folder: Path, pool: Executor) -> TileEntry:
     images: dict[str, Texels] = {}
     textures = []
     for kind in model.maps:
@@ -111,8 +112,7 @@ def _write_tile(model: CompressedTextures, tile: int, folder: Path) -> TileEntry
         if model.masked
         else weights_entry(quantise_weights(model.weights[tile], model.weight_ranges.get(tile)), tile, images)
     )
-    with ThreadPoolExecutor(cores()) as pool:
-        list(pool.map(lambda file: write_texture(folder / file, images[file]), images))
+    list(pool.map(lambda file: write_texture(folder / file, images[file]), images))
     return replace(weights, textures=tuple(textures))
 
 

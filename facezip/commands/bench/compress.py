@@ -109,7 +109,7 @@ def _embedded(work: Path, resolution: int, expressions: int, seed: int) -> Chara
 def _lines(document: CompressBenchDocument) -> list[str]:
     about = document.conditions
     height, width = about.resolution
-    parts = ("load", "check", "fit", "write", "measure"), ("decode", "encode")
+    parts = ("load", "fit", "check", "write", "measure"), ("decode", "encode")
     whole, images = (", ".join(f"{part} {getattr(document, f'{part}_s'):.2f}" for part in some) for some in parts)
     return [
         f"{about.expressions} expressions of {width} x {height} texels, "

@@ -8,11 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from facezip.character.maps import ALBEDO, KNOWN
 from facezip.character.motion import angle_between, nearest_axes
 from facezip.character.orientation import generic_face, orientation_of
 from facezip.character.placement import AXES, UNITS, Placement, placed
-from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
 from scenes import generic_face as made
 from tests.facezip.character.heads import head, moved
@@ -28,13 +26,9 @@ tilts = st.builds(
 )
 
 
-def character(meshes):
-    names = tuple(f"expression_{n:02}" for n in range(len(meshes.vertices)))
-    return Character("head", names, meshes, (KNOWN[ALBEDO],), {})
-
-
 def standing(meshes, **stated):
-    return placed(character(meshes), Placement(**stated), Path("scans"))
+    names = tuple(f"expression_{n:02}" for n in range(len(meshes.vertices)))
+    return placed(meshes, names, Placement(**stated), Path("scans"))
 
 
 @settings(max_examples=8, deadline=None)
@@ -42,11 +36,11 @@ def standing(meshes, **stated):
 def test_a_head_is_turned_by_right_angles_to_where_it_looked_before(person, turn, tilt):
     meshes = head(*person)
     tilted = moved(meshes, tilt)
-    found = standing(moved(tilted, turn))
-    np.testing.assert_allclose(found.meshes.neutral, tilted.neutral, atol=1e-4)
-    np.testing.assert_allclose(found.meshes.vertices, tilted.vertices, atol=1e-4)
-    assert bool(found.notes) != np.array_equal(turn, np.eye(3))
-    assert not any(note.asks for note in found.notes)
+    found, notes = standing(moved(tilted, turn))
+    np.testing.assert_allclose(found.neutral, tilted.neutral, atol=1e-4)
+    np.testing.assert_allclose(found.vertices, tilted.vertices, atol=1e-4)
+    assert bool(notes) != np.array_equal(turn, np.eye(3))
+    assert not any(note.asks for note in notes)
 
 
 @settings(max_examples=5, deadline=None)
@@ -64,19 +58,19 @@ def test_what_character_toml_says_is_done_without_a_look(up, front):
         with pytest.raises(ValueError, match="one line"):
             Placement.of({"up": up, "front": front})
         return
-    scans, stated = random_character(), Placement.of({"up": up, "front": front})
-    found = placed(scans, stated, Path("scans")).meshes
+    meshes = random_character().meshes
+    found, _ = standing(meshes, **vars(Placement.of({"up": up, "front": front})))
     axes = np.stack([np.cross(AXES[up], AXES[front]), AXES[up], AXES[front]])
-    np.testing.assert_allclose(found.neutral, scans.meshes.neutral @ axes.T, atol=1e-5)
+    np.testing.assert_allclose(found.neutral, meshes.neutral @ axes.T, atol=1e-5)
     assert np.linalg.det(axes) == 1
 
 
 @pytest.mark.parametrize("unit", sorted(UNITS))
 def test_a_stated_unit_becomes_centimetres(unit):
     centimetres = head()
-    found = standing(moved(centimetres, np.eye(3) / UNITS[unit]), unit=unit)
-    np.testing.assert_allclose(found.meshes.neutral, centimetres.neutral, atol=1e-4)
-    assert bool(found.notes) == (unit != "cm")
+    found, notes = standing(moved(centimetres, np.eye(3) / UNITS[unit]), unit=unit)
+    np.testing.assert_allclose(found.neutral, centimetres.neutral, atol=1e-4)
+    assert bool(notes) == (unit != "cm")
 
 
 def test_a_unit_that_makes_a_giant_of_a_head_is_refused():
@@ -93,8 +87,8 @@ def test_what_it_may_not_say_is_named(key, value):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_what_is_no_head_is_left_as_it_is(seed):
-    scans = random_character(seed, grid=24)
-    assert placed(scans, Placement(), Path("scans")) is scans
+    meshes = random_character(seed, grid=24).meshes
+    assert standing(meshes) == (meshes, ())
 
 
 def test_the_generic_face_is_the_embedded_characters():

@@ -9,10 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facezip.character.maps import ALBEDO, KNOWN
 from facezip.character.meshes import Meshes
 from facezip.character.placement import Placement, placed
-from facezip.character.scans import Character
 from facezip.character.units import HEAD, UNITS, WORDS, in_metres, likely_unit
 from facezip.export import TARGETS
 from facezip.files.glb import Glb
@@ -34,8 +32,8 @@ def sized(unit):
 
 def stated(model, unit):
     """The same, as a character whose ``character.toml`` states its unit is read."""
-    scans = Character("head", model.expressions, model.meshes, (KNOWN[ALBEDO],), {})
-    return replace(model, meshes=placed(scans, Placement(up="y", front="z", unit=unit), Path("scans")).meshes)
+    stated = Placement(up="y", front="z", unit=unit)
+    return replace(model, meshes=placed(model.meshes, model.expressions, stated, Path("scans"))[0])
 
 
 def exported(model, folder, target):

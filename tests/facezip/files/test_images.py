@@ -18,6 +18,21 @@ def test_integer_texels_come_back_as_they_were(tmp_path, suffix, dtype, channels
     np.testing.assert_array_equal(read_texture(tmp_path / f"a{suffix}"), texels)
 
 
+def test_a_png_takes_what_its_texels_say_beside_those_above(tmp_path):
+    texels = 100 + RNG.integers(0, 16, (256, 256, 3)).astype(np.uint8)
+    write_texture(tmp_path / "noise.png", texels)
+    share = np.unique(np.diff(texels, axis=0), return_counts=True)[1] / np.diff(texels, axis=0).size
+    entropy = -(share * np.log2(share)).sum() / 8 * texels.size
+    assert entropy < (tmp_path / "noise.png").stat().st_size < 1.03 * entropy
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_a_png_of_one_colour_is_nothing(tmp_path, dtype):
+    texels = np.full((256, 256, 3), 100, dtype)
+    write_texture(tmp_path / "flat.png", texels)
+    assert (tmp_path / "flat.png").stat().st_size < texels.nbytes / 200
+
+
 def test_float_texels_are_stored_linear_and_come_back_encoded(tmp_path):
     texels = RNG.random((9, 13, 3)).astype(np.float32)
     write_texture(tmp_path / "a.exr", texels)
