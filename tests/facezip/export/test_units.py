@@ -61,7 +61,7 @@ def test_heads_of_every_stated_unit_come_out_alike_and_in_metres(tmp_path, targe
         (tmp_path / unit).mkdir()
         document = exported(stated(sized(unit), unit), tmp_path / unit, target)
         alike.append(points(tmp_path / unit, target))
-        (words,) = document["notes"]
+        (words,) = document.notes
         assert "m tall, as its unit is known" in words
     assert np.ptp(alike[0], axis=0).max() == pytest.approx(TALL / 100, rel=1e-5)
     for other in alike[1:]:
@@ -75,7 +75,7 @@ def test_numbers_of_an_unknown_unit_stay_and_the_unit_that_is_likely_is_said(tmp
     document = exported(model, tmp_path, target)
     found = points(tmp_path, target) * (100 if target == "usd" else 1)
     assert np.ptp(found, axis=0).max() == pytest.approx(TALL / UNITS[unit], rel=1e-5)
-    said = " ".join(document["notes"])
+    said = " ".join(document.notes)
     if unit == ("cm" if target == "usd" else "m"):
         assert not said
     else:
