@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from facezip.documents.document import Data, Document, plain
+from facezip.documents.document import Document
 from facezip.fit.timing import CompressBench
 from facezip.machine.conditions import Conditions
 from reports.experiments import write_experiments
@@ -29,7 +29,6 @@ PARTS = {
     "check": ("Check registration", "open-square", "rival-2"),
     "io": ("Its images alone", "open-diamond", "rival-1"),
 }
-Size = Data
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,29 +110,29 @@ def write_scaling_report(document: ScalingDocument, folder: Path) -> Path:
     return write_experiments(
         folder,
         DATA,
-        replace(document, findings=_findings(plain(document))),
-        lambda data: [_section(data["sizes"])],
+        replace(document, findings=_findings(document)),
+        lambda _: [_section(document.sizes)],
         kicker="How the time to compress grows with the size of the textures",
         title="Seconds per megatexel, by FaceZip",
     )
 
 
-def _findings(document: Data) -> list[Finding]:
-    sizes = document["sizes"]
-    costs = [one["seconds_per_megatexel"] for one in sizes]
-    ratios = [one["ratio"] for one in sizes]
+def _findings(document: ScalingDocument) -> list[Finding]:
+    sizes = document.sizes
+    costs = [one.seconds_per_megatexel for one in sizes]
+    ratios = [one.ratio for one in sizes]
     rounds, small, large = [_cost(one, "alternation") for one in sizes], sizes[0], sizes[-1]
     return [
         Finding(
             title="An alternation of the fit",
             here=f"It costs {number(min(rounds), 3)} to {number(max(rounds), 3)} seconds a megatexel, a factor of "
-            f"{number(max(rounds) / min(rounds), 2)}; there are {small['alternations']} at {small['resolution']}² and "
-            f"{large['alternations']} at {large['resolution']}².",
+            f"{number(max(rounds) / min(rounds), 2)}; there are {small.alternations} at {small.resolution}² and "
+            f"{large.alternations} at {large.resolution}².",
         ),
         Finding(
-            title=f"From {sizes[0]['resolution']}² to {sizes[-1]['resolution']}²",
+            title=f"From {sizes[0].resolution}² to {sizes[-1].resolution}²",
             here=f"A megatexel of every texture costs {number(min(costs), 2)} to {number(max(costs), 2)} seconds: "
-            f"the dearest {number(document['factor'], 2)} times the cheapest.",
+            f"the dearest {number(document.factor, 2)} times the cheapest.",
         ),
         Finding(
             title="Beside its images",
@@ -143,7 +142,7 @@ def _findings(document: Data) -> list[Finding]:
     ]
 
 
-def _section(sizes: Sequence[Size]) -> Section:
+def _section(sizes: Sequence[ScalingSize]) -> Section:
     intro = (
         "A level line is a cost that grows with the number of texels and no faster. Small textures have meshes as "
         "large as large ones have, and are fitted in more alternations: there it falls."
@@ -160,10 +159,10 @@ def _mark(key: str, at: tuple[float, float], words: str = "") -> Mark:
     return dot(at, shape, tone, words)
 
 
-def _plot(sizes: Sequence[Size], width: float) -> Plot:
+def _plot(sizes: Sequence[ScalingSize], width: float) -> Plot:
     right = width - 8
     # A step for every doubling of the side.
-    steps = [math.log2(one["resolution"]) for one in sizes]
+    steps = [math.log2(one.resolution) for one in sizes]
     across = Axis(min(steps) - 0.3, max(steps) + 0.3, LEFT, right, ())
     up = Axis.around([_cost(one, "total") for one in sizes], BOTTOM, TOP, 6, zero=True)
     marks = []
@@ -171,34 +170,33 @@ def _plot(sizes: Sequence[Size], width: float) -> Plot:
         places = [(across.at(step), up.at(_cost(one, key))) for step, one in zip(steps, sizes, strict=True)]
         marks.append(line(places, PARTS[key][2], PARTS[key][0], opacity=1 if key == "total" else 0.5))
         marks += [_mark(key, place, _words(one, key)) for place, one in zip(places, sizes, strict=True)]
-    ticks = tuple((round(across.at(step), 2), f"{one['resolution']}²") for step, one in zip(steps, sizes, strict=True))
+    ticks = tuple((round(across.at(step), 2), f"{one.resolution}²") for step, one in zip(steps, sizes, strict=True))
     frame = (width, BOTTOM + 48, LEFT, right, TOP, BOTTOM)
     title = "Seconds per megatexel, by size"
     return Plot(title, *frame, ticks, up.marks(), "Texels of a texture", "Seconds per megatexel", tuple(marks))
 
 
-def _cost(one: Size, key: str) -> float:
-    return float(one[f"{key}_s"] / (one["resolution"] ** 2 / 1e6))
+def _cost(one: ScalingSize, key: str) -> float:
+    return float(getattr(one, f"{key}_s") / (one.resolution**2 / 1e6))
 
 
-def _words(one: Size, key: str) -> str:
-    return f"{PARTS[key][0]}, {one['resolution']}²: {number(_cost(one, key), 3)} s per megatexel"
+def _words(one: ScalingSize, key: str) -> str:
+    return f"{PARTS[key][0]}, {one.resolution}²: {number(_cost(one, key), 3)} s per megatexel"
 
 
-def _table(sizes: Sequence[Size]) -> Table:
+def _table(sizes: Sequence[ScalingSize]) -> Table:
     rows = [
-        Row(label, tuple(Cell(number(_cost(one, key), 3), f"{number(one[f'{key}_s'], 2)} s") for one in sizes))
+        Row(label, tuple(Cell(number(_cost(one, key), 3), f"{number(getattr(one, f'{key}_s'), 2)} s") for one in sizes))
         for key, (label, *_) in PARTS.items()
     ]
     each = tuple(
-        Cell(number(_cost(one, "alternation"), 3), f"of {one['alternations']}, start and end shared out")
-        for one in sizes
+        Cell(number(_cost(one, "alternation"), 3), f"of {one.alternations}, start and end shared out") for one in sizes
     )
     extra = (
         Row("Fit, an alternation", each),
-        Row("Whole run / images", tuple(Cell(number(one["ratio"], 2)) for one in sizes)),
-        Row("Peak memory, MB", tuple(Cell(f"{one['peak_memory_mb']:.0f}") for one in sizes)),
-        Row("RMSE, of 255", tuple(Cell(number(one["rmse"], 2)) for one in sizes)),
+        Row("Whole run / images", tuple(Cell(number(one.ratio, 2)) for one in sizes)),
+        Row("Peak memory, MB", tuple(Cell(f"{one.peak_memory_mb:.0f}") for one in sizes)),
+        Row("RMSE, of 255", tuple(Cell(number(one.rmse, 2)) for one in sizes)),
     )
-    columns = tuple(f"{one['resolution']}²" for one in sizes)
+    columns = tuple(f"{one.resolution}²" for one in sizes)
     return Table("Seconds per megatexel, and in all", "Part", columns, (*rows, *extra))

@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from facezip.documents.document import Data
-from reports.metrics import number
+from reports.metrics import MISSING, number
+from reports.paper.documents.figures import ConvergenceFigure
 from reports.paper.methods import METHODS
 from reports.plots import Axis, Label, Mark, Plot, Point, dashed, dot, line
 from reports.tables import Cell, Row, Table
@@ -15,14 +15,13 @@ PAPER, OURS = METHODS["paper"].tone, METHODS["paper_optimised"].tone
 TOP, BOTTOM, LEFT = 36.0, 330.0, 52.0
 MARGIN = 146
 GAP = 7.0
-Figure = Data
 Level = tuple[str, float, str, Callable[[Sequence[Point], str], Mark]]
 
 
-def convergence(figure: Figure, width: float) -> Plot:
+def convergence(figure: ConvergenceFigure, width: float) -> Plot:
     """The cost from every start, sweep by sweep, from zero."""
     right = width - 8
-    history = np.array(figure["history"])
+    history = np.array(figure.history)
     sweeps = history.shape[1] - 1
     across = Axis(0, sweeps, LEFT + 6, right, tuple(range(0, sweeps + 1, 2)))
     up = Axis.around([history.max()], BOTTOM, TOP, zero=True)
@@ -35,10 +34,10 @@ def convergence(figure: Figure, width: float) -> Plot:
     return Plot(title, *frame, across.marks(), up.marks(), "Sweep over all masks", COST, tuple(marks))
 
 
-def ends(figure: Figure, width: float) -> Plot:
+def ends(figure: ConvergenceFigure, width: float) -> Plot:
     """Where the starts end, magnified, beside what our search finds and what no search can go below."""
     right = width - MARGIN
-    final = np.sort(np.array(figure["history"])[:, -1])
+    final = np.sort(np.array(figure.history)[:, -1])
     levels = _levels(figure)
     up = Axis.around([*final, *(cost for _, cost, _, _ in levels)], BOTTOM, TOP)
     swarm = _swarm([up.at(cost) for cost in final], (LEFT + right) / 2)
@@ -56,26 +55,29 @@ def ends(figure: Figure, width: float) -> Plot:
     return Plot(title, *frame, (), up.marks(), "One dot a start", COST, tuple(marks), tuple(labels))
 
 
-def table(figure: Figure) -> Table:
+def table(figure: ConvergenceFigure) -> Table:
     """Cost, gap to the lower bound and seconds of every search, and the bound itself."""
-    notes = {"paper": f"best of {len(figure['history'])} starts", "paper_optimised": "beam search"}
+    notes = {"paper": f"best of {len(figure.history)} starts", "paper_optimised": "beam search"}
     rows = []
-    for key in (key for key in METHODS if key in figure["cost"]):
-        values = (figure["cost"][key], 2), (100 * figure["gap"][key], 1), (figure["seconds"][key], 3)
-        rows.append(Row(METHODS[key].label, tuple(Cell(number(*value)) for value in values), notes.get(key, "")))
-    bound = Cell(number(figure["lower_bound"], 2)), Cell("–"), Cell(number(figure["seconds"]["lower_bound"], 3))
+    for key in (key for key in METHODS if key in figure.cost):
+        gap = figure.gap[key]
+        share = MISSING if gap is None else number(100 * gap, 1)
+        values = number(figure.cost[key], 2), share, number(figure.seconds[key], 3)
+        rows.append(Row(METHODS[key].label, tuple(map(Cell, values)), notes.get(key, "")))
+    known = MISSING if figure.lower_bound is None else number(figure.lower_bound, 2)
+    bound = Cell(known), Cell(MISSING), Cell(number(figure.seconds["lower_bound"], 3))
     rows.append(Row("Lower bound", bound, "branch and bound: no permutation costs less"))
     caption = "What each search ends with; the gap is the share of its cost above the lower bound."
     return Table(caption, "Search", ("Cost", "Gap, %", "Time, s"), tuple(rows))
 
 
-def _levels(figure: Figure) -> list[Level]:
+def _levels(figure: ConvergenceFigure) -> list[Level]:
     """Costs that no start is needed for: words, cost, tone, and how the line is drawn."""
     levels: list[Level] = []
-    if "paper_optimised" in figure["cost"]:
-        levels.append(("our search", figure["cost"]["paper_optimised"], OURS, line))
-    if figure.get("lower_bound") is not None:
-        levels.append(("lower bound", figure["lower_bound"], "muted", dashed))
+    if "paper_optimised" in figure.cost:
+        levels.append(("our search", figure.cost["paper_optimised"], OURS, line))
+    if figure.lower_bound is not None:
+        levels.append(("lower bound", figure.lower_bound, "muted", dashed))
     return levels
 
 

@@ -3,11 +3,11 @@
 import numpy as np
 from scipy.stats import spearmanr
 
-from facezip.documents.document import Data
 from reports.findings import Finding, Stance
 from reports.metrics import number
+from reports.paper.documents.figures import TableRow
+from reports.paper.documents.paper import PaperDocument
 
-Document = Data
 AGREES: Stance = "agrees"
 DIFFERS: Stance = "differs"
 BEYOND: Stance = "beyond"
@@ -17,7 +17,7 @@ STILL = 1e-3
 CLOSED = 1e-6
 
 
-def find(document: Document) -> list[Finding]:
+def find(document: PaperDocument) -> list[Finding]:
     """Every finding of a document of :func:`reports.paper.reproduction.reproduce`."""
     makers = (
         _against_pca, _permutation, _without, _refined, _sweeps, _search, _optimised, _masks, _cost_and_error,
@@ -31,7 +31,7 @@ def _finding(key: str, title: str, claim: str, here: str, agrees: bool | None = 
     return Finding(key=key, title=title, claim=claim, here=here, stance=stance)
 
 
-def _against_pca(document: Document) -> Finding:
+def _against_pca(document: PaperDocument) -> Finding:
     wins, count, means = _wins(document, "paper", "pca_4")
     return _finding(
         "paper_against_pca_4",
@@ -42,7 +42,7 @@ def _against_pca(document: Document) -> Finding:
     )
 
 
-def _permutation(document: Document) -> Finding:
+def _permutation(document: PaperDocument) -> Finding:
     wins, count, means = _wins(document, "paper", "paper_unpermuted")
     return _finding(
         "permutation",
@@ -53,7 +53,7 @@ def _permutation(document: Document) -> Finding:
     )
 
 
-def _without(document: Document) -> Finding:
+def _without(document: PaperDocument) -> Finding:
     wins, count, means = _wins(document, "paper_unpermuted", "pca_4")
     return _finding(
         "unpermuted_against_pca_4",
@@ -64,32 +64,32 @@ def _without(document: Document) -> Finding:
     )
 
 
-def _refined(document: Document) -> Finding:
+def _refined(document: PaperDocument) -> Finding:
     wins, count, means = _wins(document, "refined", "paper")
     below, _, _ = _wins(document, "refined", "pca_8")
     row = _reference(document)
-    same = row["bytes_on_gpu"]["refined"] == row["bytes_on_gpu"]["paper"]
+    same = row.bytes_on_gpu["refined"] == row.bytes_on_gpu["paper"]
     return _finding(
         "refined",
         "The same textures, fitted better",
         "",
-        f"Refined, in the paper’s format{' and bytes' if same else ''} with {row['fetches']['refined']} fetches a "
+        f"Refined, in the paper’s format{' and bytes' if same else ''} with {row.fetches['refined']} fetches a "
         f"pixel, is below the paper in {wins} of {count} expressions and below PCA(8) in {below}. {means}",
     )
 
 
-def _wins(document: Document, one: str, other: str) -> tuple[int, int, str]:
+def _wins(document: PaperDocument, one: str, other: str) -> tuple[int, int, str]:
     """In how many expressions ``one`` is lower, of how many, and a sentence with both means."""
-    figure = document["figure_6"]
-    errors = figure["rmse_per_expression"]
+    figure = document.figure_6
+    errors = figure.rmse_per_expression
     wins = sum(errors[one][name] < errors[other][name] for name in errors[one])
-    mean, against = figure["rmse"][one], figure["rmse"][other]
+    mean, against = figure.rmse[one], figure.rmse[other]
     sentence = f"Mean RMSE {number(mean, 2)} against {number(against, 2)}: {_compared(mean, against)}."
     return wins, len(errors[one]), sentence
 
 
-def _sweeps(document: Document) -> Finding:
-    history = np.array(document["figure_7_convergence"]["history"])
+def _sweeps(document: PaperDocument) -> Finding:
+    history = np.array(document.figure_7_convergence.history)
     gains = ((history[:, :-1] - history[:, 1:]) / np.maximum(history[:, :-1], 1e-300)).max(axis=0)
     moving = np.flatnonzero(gains > STILL)
     last = int(moving[-1]) + 1 if len(moving) else 0
@@ -102,13 +102,13 @@ def _sweeps(document: Document) -> Finding:
     )
 
 
-def _search(document: Document) -> Finding:
-    figure = document["figure_7_convergence"]
-    final = np.array(figure["history"])[:, -1]
+def _search(document: PaperDocument) -> Finding:
+    figure = document.figure_7_convergence
+    final = np.array(figure.history)[:, -1]
     here = f"The starts end between {number(final.min(), 2)} and {number(final.max(), 2)}. "
-    ours, bound = figure["cost"].get("paper_optimised"), figure.get("lower_bound")
+    ours, bound = figure.cost.get("paper_optimised"), figure.lower_bound
     if ours is not None:
-        seconds = figure["seconds"]
+        seconds = figure.seconds
         here += (
             f"Our search ends at {number(ours, 2)}, {_compared(ours, final.min())} than the best of them, in "
             f"{_seconds(seconds['paper_optimised'])} against {_seconds(seconds['paper'])}. "
@@ -126,8 +126,8 @@ def _search(document: Document) -> Finding:
     )
 
 
-def _optimised(document: Document) -> Finding | None:
-    if "paper_optimised" not in document["figure_6"]["rmse"]:
+def _optimised(document: PaperDocument) -> Finding | None:
+    if "paper_optimised" not in document.figure_6.rmse:
         return None
     wins, count, means = _wins(document, "paper_optimised", "paper")
     below, _, against = _wins(document, "paper_optimised", "pca_4")
@@ -140,9 +140,9 @@ def _optimised(document: Document) -> Finding | None:
     )
 
 
-def _masks(document: Document) -> Finding | None:
-    figure, chosen = document["figure_7_masks"], document["conditions"]["masks"]
-    least = {row["masks"]: min(row["rmse"]) for row in figure["counts"]}
+def _masks(document: PaperDocument) -> Finding | None:
+    figure, chosen = document.figure_7_masks, document.conditions.masks
+    least = {row.masks: min(row.rmse) for row in figure.counts}
     if chosen not in least or max(least) == chosen:
         return None
     best = min(least, key=least.__getitem__)
@@ -150,18 +150,18 @@ def _masks(document: Document) -> Finding | None:
         "masks",
         "The number of masks",
         "The least error falls with their number up to 53, then no longer: too many permutations to search.",
-        f"The least error over {figure['starts']} starts is lowest with {best} masks: {number(least[best], 2)}, "
+        f"The least error over {figure.starts} starts is lowest with {best} masks: {number(least[best], 2)}, "
         f"against {number(least[chosen], 2)} with {chosen}. From {min(least)} to {max(least)} masks it moves between "
         f"{number(min(least.values()), 2)} and {number(max(least.values()), 2)}.",
         best <= chosen,
     )
 
 
-def _cost_and_error(document: Document) -> Finding | None:
+def _cost_and_error(document: PaperDocument) -> Finding | None:
     ranks = [
-        float(spearmanr(row["costs"], row["rmse"]).statistic)
-        for row in document["figure_7_masks"]["counts"]
-        if len({*row["costs"]}) > 2 and len({*row["rmse"]}) > 2
+        float(spearmanr(row.costs, row.rmse).statistic)
+        for row in document.figure_7_masks.counts
+        if len({*row.costs}) > 2 and len({*row.rmse}) > 2
     ]
     if not ranks:
         return None
@@ -175,14 +175,14 @@ def _cost_and_error(document: Document) -> Finding | None:
     )
 
 
-def _memory(document: Document) -> Finding | None:
-    published = {tuple(row["resolution"]): row["megabytes"] for row in document["published"]["table_1"]}
+def _memory(document: PaperDocument) -> Finding | None:
+    published = {tuple(row.resolution): row.megabytes for row in document.published.table_1}
     gaps = [
-        abs(row["bytes_on_gpu_of_51"][name] / 1e6 / value - 1)
-        for row in document["table_1"]
-        for name, value in published.get(tuple(row["resolution"]), {}).items()
+        abs(row.bytes_on_gpu_of_51[name] / 1e6 / value - 1)
+        for row in document.table_1
+        for name, value in published.get(tuple(row.resolution), {}).items()
     ]
-    if not gaps or document["character"]["channels"] != 3 or len(document["character"]["tiles"]) > 1:
+    if not gaps or document.character.channels != 3 or len(document.character.tiles) > 1:
         return None
     return _finding(
         "memory",
@@ -193,25 +193,25 @@ def _memory(document: Document) -> Finding | None:
     )
 
 
-def _time(document: Document) -> Finding:
-    row = document["table_1"][-1]
-    seconds, side = row["seconds"], row["resolution"][1]
+def _time(document: PaperDocument) -> Finding:
+    row = document.table_1[-1]
+    seconds, side = row.seconds, row.resolution[1]
     dearest = max(("masks", "clustering", "stitching", "factorisation"), key=seconds.__getitem__)
     here = (
         f"At {side}² the method takes {_seconds(seconds['paper'])}, most of it {dearest} "
         f"({_share(seconds[dearest] / seconds['paper'])}); refined takes {_seconds(seconds['refined'])}."
     )
-    for other in document["published"]["table_1"]:
-        if other["resolution"] == row["resolution"]:
-            here += f" The paper states {_seconds(other['seconds']['paper'])} on its own machine."
+    for other in document.published.table_1:
+        if other.resolution == row.resolution:
+            here += f" The paper states {_seconds(other.seconds['paper'])} on its own machine."
     claim = "The permutation takes most of the time, eight to ten times that of the clustering."
     return _finding("time", "Where the time goes", claim, here, dearest == "stitching")
 
 
-def _reference(document: Document) -> Data:
+def _reference(document: PaperDocument) -> TableRow:
     """The row of Table 1 at the size of the figures."""
-    size = document["figure_6"]["resolution"]
-    return next(row for row in document["table_1"] if row["resolution"] == size)
+    size = document.figure_6.resolution
+    return next(row for row in document.table_1 if row.resolution == size)
 
 
 def _compared(value: float, against: float) -> str:

@@ -32,7 +32,7 @@ def write_paper_report(document: PaperDocument, folder: Path) -> Path:
         folder,
         DATA,
         document,
-        sections,
+        lambda _: sections(document),
         kicker="“FaceZip: Automatic Texture Compression for Facial Blendshapes”, reproduced on",
         title=f"{document.character.name} – the paper, reproduced by FaceZip",
         stances=STANCES,

@@ -6,7 +6,6 @@ from time import perf_counter
 
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
-from facezip.documents.document import plain
 from facezip.machine.conditions import conditions
 from facezip.machine.progress import track
 from reports.paper.documents.figures import MasksFigure, ShapesFigure, TableRow
@@ -70,7 +69,7 @@ def reproduce(
         figure_8=generated(reference.character) if generated else None,
         seconds=PaperSeconds(total=round(perf_counter() - begin, 2)),
     )
-    return replace(document, findings=find(plain(document)))
+    return replace(document, findings=find(document))
 
 
 def _albedo(character: Character) -> Character:

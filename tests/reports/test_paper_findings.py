@@ -2,10 +2,22 @@
 
 import pytest
 
+from facezip.documents.document import from_plain
+from reports.paper.documents.paper import PaperDocument
 from reports.paper.findings import find
 
+CHARACTER = {
+    "name": "ada", "expressions": ["a", "b"], "resolution": [512, 512], "channels": 3, "vertices": 3, "triangles": 1,
+    "maps": [{"name": "albedo", "encoding": "srgb", "range": [0.0, 1.0], "channels": 3}], "tiles": [1001], "notes": [],
+}  # fmt: skip
+CONDITIONS = {
+    "processor": "one", "cores": 1, "versions": {}, "times": "", "errors": "", "maps": "", "texture_region": "",
+    "texture_sizes": "", "weight_scale": 8, "masks": 53, "restarts": 1, "starts": 3, "mask_counts": [], "seed": 0,
+}  # fmt: skip
 ROW = {
     "resolution": [512, 512],
+    "expressions": 2,
+    "rmse": {},
     "seconds": {
         "masks": 1.0, "clustering": 2.0, "stitching": 5.0, "factorisation": 0.5, "paper": 8.5, "refined": 3.0,
     },
@@ -25,12 +37,16 @@ def make_document(**errors):
         }.items()
     }  # fmt: skip
     return {
-        "character": {"channels": 3, "tiles": [1001]},
-        "conditions": {"masks": 53},
+        "format": "facezip-paper/1",
+        "character": CHARACTER,
+        "conditions": CONDITIONS,
         "published": {
             "table_1": [
                 {"resolution": [512, 512], "seconds": {"paper": 1102.0}, "megabytes": {"paper": 4.77}},
-            ]
+            ],
+            "machine": "another",
+            "expressions": 51,
+            "expressions_in_memory": 51,
         },
         "table_1": [ROW],
         "figure_6": {
@@ -39,23 +55,30 @@ def make_document(**errors):
             "rmse_per_expression": per_expression,
         },
         "figure_7_convergence": {
+            "resolution": [512, 512],
+            "masks": 53,
+            "lower_bound": None,
+            "gap": {},
             "history": [[9.0, 5.0, 4.0, 4.0], [8.0, 6.0, 5.0, 5.0]],
             "cost": {"paper": 4.0},
             "seconds": {"paper": 1.0},
         },
         "figure_7_masks": {
+            "resolution": [512, 512],
             "starts": 3,
             "counts": [
-                {"masks": 13, "costs": [1.0, 2.0, 3.0], "rmse": [3.0, 3.1, 3.2]},
-                {"masks": 53, "costs": [1.0, 2.0, 3.0], "rmse": [2.0, 2.1, 2.2]},
-                {"masks": 63, "costs": [1.0, 2.0, 3.0], "rmse": [2.6, 2.5, 2.4]},
+                {"masks": 13, "costs": [1.0, 2.0, 3.0], "rmse": [3.0, 3.1, 3.2], "chosen": {}},
+                {"masks": 53, "costs": [1.0, 2.0, 3.0], "rmse": [2.0, 2.1, 2.2], "chosen": {}},
+                {"masks": 63, "costs": [1.0, 2.0, 3.0], "rmse": [2.6, 2.5, 2.4], "chosen": {}},
             ],
         },
+        "figure_8": None,
+        "seconds": {"total": 1.0},
     }
 
 
 def by_key(document):
-    return {finding.key: finding for finding in find(document)}
+    return {finding.key: finding for finding in find(from_plain(document, PaperDocument))}
 
 
 def test_what_the_paper_found_agrees():

@@ -2,25 +2,36 @@
 
 import itertools
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from reports.paper import figure_6, figure_7_left, figure_7_right
+from facezip.documents.document import from_plain
+from reports.paper import figure_6, figure_7_left, figure_7_right, figure_8
+from reports.paper.documents.figures import ConvergenceFigure, ErrorFigure, MasksFigure, ShapesFigure
 from reports.plots import Axis, dot, round_ticks
 
-FIGURE_6 = {
-    "rmse": {"refined": 1.0, "paper": 3.0},
-    "rmse_per_expression": {"refined": {"a": 0.5, "b": 1.5}, "paper": {"a": 2.0, "b": 4.0}},
-}
-HISTORY = {"history": [[9.0, 5.0, 4.0], [8.0, 6.0, 5.0], [7.0, 5.0, 5.0]], "cost": {"paper": 4.0}}
-MASKS = {
-    "starts": 5,
-    "without_masks": {"refined": 1.0, "pca_4": 3.0},
-    "counts": [
-        {"masks": k, "rmse": [2.0, 2.25, 2.5, 3.0, 4.0], "chosen": {"paper": {"rmse": 2.1}}} for k in (5, 13, 53)
-    ],
-}
+SIZE = (8, 8)
+FIGURE_6 = ErrorFigure(
+    resolution=SIZE,
+    rmse={"refined": 1.0, "paper": 3.0},
+    rmse_per_expression={"refined": {"a": 0.5, "b": 1.5}, "paper": {"a": 2.0, "b": 4.0}},
+)
+HISTORY = ConvergenceFigure(
+    resolution=SIZE,
+    masks=5,
+    history=[[9.0, 5.0, 4.0], [8.0, 6.0, 5.0], [7.0, 5.0, 5.0]],
+    cost={"paper": 4.0},
+    seconds={"paper": 2.0, "lower_bound": 1.5},
+    lower_bound=None,
+    gap={"paper": None},
+)
+CHOSEN = {"paper": {"cost": 1.0, "rmse": 2.1}}
+COUNTS = [{"masks": k, "costs": [1.0] * 5, "rmse": [2.0, 2.25, 2.5, 3.0, 4.0], "chosen": CHOSEN} for k in (5, 13, 53)]
+MASKS = from_plain(
+    {"resolution": SIZE, "starts": 5, "without_masks": {"refined": 1.0, "pca_4": 3.0}, "counts": COUNTS}, MasksFigure
+)
 
 
 def points(path):
@@ -85,7 +96,7 @@ def test_convergence_has_a_line_a_start_and_the_best_once_more():
     plot = figure_7_left.convergence(HISTORY, 560)
     assert len(plot.marks) == 4
     assert plot.marks[3].path == plot.marks[0].path
-    bounded = {**HISTORY, "cost": {"paper": 4.0, "paper_optimised": 3.5}, "lower_bound": 3.0}
+    bounded = replace(HISTORY, cost={"paper": 4.0, "paper_optimised": 3.5}, lower_bound=3.0)
     assert [mark.kind for mark in figure_7_left.convergence(bounded, 560).marks[4:]] == ["line", "dashed"]
     assert [label.text for label in figure_7_left.ends(bounded, 560).labels] == [
         "best of 3 4.00", "our search 3.50", "lower bound 3.00",
@@ -93,14 +104,20 @@ def test_convergence_has_a_line_a_start_and_the_best_once_more():
 
 
 def test_the_table_of_searches_has_every_cost_its_gap_and_its_seconds():
-    figure = {
-        **HISTORY, "cost": {"paper": 4.0, "paper_optimised": 3.75}, "gap": {"paper": 0.25, "paper_optimised": 0.2},
-        "seconds": {"paper": 2.0, "paper_optimised": 0.05, "lower_bound": 1.5}, "lower_bound": 3.0,
-    }  # fmt: skip
+    figure = replace(
+        HISTORY, cost={"paper": 4.0, "paper_optimised": 3.75}, gap={"paper": 0.25, "paper_optimised": 0.2},
+        seconds={"paper": 2.0, "paper_optimised": 0.05, "lower_bound": 1.5}, lower_bound=3.0,
+    )  # fmt: skip
     rows = figure_7_left.table(figure).rows
     assert [row.note for row in rows[:2]] == ["beam search", "best of 3 starts"]
     assert [[cell.text for cell in row.cells] for row in rows] == [
         ["3.75", "20.0", "0.050"], ["4.00", "25.0", "2.000"], ["3.00", "–", "1.500"],
+    ]  # fmt: skip
+
+
+def test_a_bound_that_nobody_knows_is_a_dash():
+    assert [cell.text for row in figure_7_left.table(HISTORY).rows for cell in row.cells] == [
+        "4.00", "–", "2.000", "–", "–", "1.500",
     ]  # fmt: skip
 
 
@@ -116,3 +133,19 @@ def test_boxes_stand_apart_inside_the_frame(width):
             for x, y in points(mark.path) if mark.kind == "line" else []:
                 assert plot.left - 1 <= x <= plot.right + 1
                 assert plot.top - 1 <= y <= plot.bottom + 1
+
+
+@pytest.mark.parametrize(
+    ("condition", "words"), [(2.5, "cond(B) = 2.5"), (np.inf, "B has no inverse"), (None, "B has no inverse")]
+)
+def test_weights_without_an_inverse_are_said(condition, words):
+    figure = ShapesFigure(
+        resolution=SIZE,
+        condition=condition,
+        damping=0.1,
+        unseen=[],
+        columns=["naive", "paper"],
+        pictures={"a": "data:"},
+    )
+    assert words in figure_8._intro(figure)
+    assert figure_8.errors_of(figure) is None
