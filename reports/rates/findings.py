@@ -84,12 +84,12 @@ def _files(one: Round) -> Finding | None:
         whose: [on_wire(point) / on_gpu(point) for point in of_family(one["points"], family)]
         for whose, family in (("packs in ASTC", "refined_astc"), ("every texture in ASTC", "textures_astc"))
     }
-    words = [f"{_spread(found)} of it for {whose}" for whose, found in shares.items() if found]
+    words = [f"{_spread(found)} for {whose}" for whose, found in shares.items() if found]
     if not words:
         return None
     return Finding(
         title=f"{one['expressions']} expressions, what is sent",
-        here=f"As KTX2 files under Zstandard, blocks take less than their GPU memory: {' and '.join(words)}.",
+        here=f"KTX2 files under Zstandard are as large as this share of GPU memory: {', '.join(words)}.",
     )
 
 

@@ -184,7 +184,7 @@ def test_what_is_sent_is_a_share_of_gpu_memory_in_words_and_on_an_axis_of_its_ow
     points[1] = replace(points[1], bytes_on_wire=180)
     one = {"expressions": 20, "points": plain(points), "comparison": plain(compare(points))}
     words = " ".join(finding.here for finding in find({"rounds": [one]}))
-    assert "0.90 of it for packs in ASTC and 0.80 of it for every texture in ASTC" in words
+    assert "0.90 for packs in ASTC, 0.80 for every texture in ASTC." in words
     shown = {against: [mark.title for mark in curves(one, 570.0, against).marks if mark.title] for against in SIZES}
     assert any("2.00 bytes a texel" in title for title in shown["GPU memory"])
     assert any("1.80 bytes a texel" in title for title in shown["files"])
