@@ -91,7 +91,9 @@ def _keep(found: Found, module: str, mutant: str, test: str) -> None:
     """After each one, so that a run that was cut off can go on."""
     found[module][mutant] = test
     FOUND.parent.mkdir(exist_ok=True)
-    FOUND.write_text(json.dumps(found, indent=1, ensure_ascii=False), encoding="utf-8")
+    part = FOUND.with_suffix(".part")
+    part.write_text(json.dumps(found, indent=1, ensure_ascii=False), encoding="utf-8")
+    part.replace(FOUND)
 
 
 if __name__ == "__main__":
