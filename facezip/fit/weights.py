@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from facezip.machine import memory
 from facezip.machine.kernels import inner, kernel
 from facezip.machine.rows import by_rows, map_rows, sum_rows
-from facezip.machine.vectors import ABREAST, LANES, all_of, load, plus_product, store, totals
+from facezip.machine.shuffles import totals
+from facezip.machine.vectors import ABREAST, LANES, all_of, load, plus_product, store
 
 # Warm started: more steps would solve exactly what the next alternation changes again.
 STEPS = 4
