@@ -17,7 +17,7 @@ from facezip.machine import memory
 from facezip.machine.kernels import inner, kernel
 from facezip.machine.rows import by_rows, map_rows, sum_rows
 from facezip.machine.shuffles import totals
-from facezip.machine.vectors import ABREAST, LANES, all_of, load, plus_product, store
+from facezip.machine.vectors import ABREAST, LANES, all_of, load, plus_product, room, store
 
 # Warm started: more steps would solve exactly what the next alternation changes again.
 STEPS = 4
@@ -77,7 +77,7 @@ def solve_weights(system: WeightSystem, start: NDArray[np.float32]) -> tuple[NDA
     """
     height, a, b = len(start), system.matrix, system.right
     state = _begin(system, start)
-    explained = sum(map_rows(lambda top, bottom: _explained(start, b, state.r, top, bottom), height))
+    explained = sum(map_rows(lambda top, bottom: _explained(top, bottom, start, b, state.r), height))
     alpha, beta = np.zeros((2, start.shape[2]), np.float32)
 
     def advanced() -> NDArray[np.float64]:
@@ -105,11 +105,19 @@ def _begin(system: WeightSystem, start: NDArray[np.float32]) -> _State:
     return _State(x, r, memory.zeros(start.shape, np.float32), product, m_inverse)
 
 
+@kernel()
 def _explained(
-    start: NDArray[np.float32], b: NDArray[np.float32], r: NDArray[np.float32], top: int, bottom: int
+    top: int, bottom: int, start: NDArray[np.float32], b: NDArray[np.float32], r: NDArray[np.float32]
 ) -> float:
-    # In single precision the last digits hide what the last alternations gain.
-    return float(np.vdot(start[top:bottom].astype(np.float64), b[top:bottom] + r[top:bottom].astype(np.float64)))
+    """``startᵀ (b + r)``: in single precision the last digits would hide what the last alternations gain."""
+    _, slots, count, w = start.shape
+    total = 0.0
+    for y in range(top, bottom):
+        for i in range(slots):
+            for n in range(count):
+                for x in range(w):
+                    total += np.float64(start[y, i, n, x]) * (np.float64(b[y, i, n, x]) + np.float64(r[y, i, n, x]))
+    return total
 
 
 def _ratio(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -164,9 +172,10 @@ def multiply(
     wide, abreast = (w + LANES - 1) // LANES * LANES, (count + ABREAST - 1) // ABREAST * ABREAST
     # Three rows of p with a column beside them, one row of A and one of the product: zeros follow the last column, and
     # expressions of nothing the last one.
-    near = np.zeros((3, slots, abreast, wide + LANES), np.float32)
-    coupled = np.zeros((slots, slots, 9, wide), np.float32)
-    product = np.zeros((slots, abreast, wide), np.float32)
+    lines = wide // LANES
+    near = room(3 * slots * abreast * (lines + 1)).reshape(3, slots, abreast, wide + LANES)
+    coupled = room(slots * slots * 9 * lines).reshape(slots, slots, 9, wide)
+    product = room(slots * abreast * lines).reshape(slots, abreast, wide)
     pap = np.zeros(count)
     for y in range(top, bottom):
         for ny in range(y - 1 if y == top else y + 1, y + 2):
