@@ -1,7 +1,6 @@
-"""The weight maps' equations from the textures of strips of texels (:mod:`facezip.fit.sweep` says what they are).
+"""Sums over the texels of strips, of which the weight maps' equations are made (:mod:`facezip.fit.equations`).
 
-The four shares of a texel in the weight texels about it are products of one along the row and one along the column. So
-what lies between two rows of weight texels is summed first, column by column, and shared out to their equations once.
+Up to eight rows of texels at once are added: what they have in common stays in registers, and in the first-level cache.
 """
 
 from typing import NamedTuple
@@ -9,9 +8,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.fit.weights import WeightSystem
+from facezip.files.images import Texels
 from facezip.machine.kernels import inner
-from facezip.machine.vectors import ABREAST, LANES, all_of, load, minus, plus, plus_product, store, times, totals
+from facezip.machine.vectors import (
+    ABREAST,
+    LANES,
+    all_at,
+    all_of,
+    load,
+    load_abreast,
+    minus,
+    plus,
+    plus_product,
+    room,
+    store,
+    times,
+)
 
 
 class Sums(NamedTuple):
@@ -19,9 +31,10 @@ class Sums(NamedTuple):
 
     Attributes
     ----------
-    squares : ``(3, R(R+1)/2, LANES)``, of m ⟨D_i, D_j⟩ for i ≥ j, times 1, v and v².
-    products : ``(2, R, N, LANES)``, of m ⟨D_i, d_n⟩, times 1 and v.
-    weighted : ``(C, LANES)``, room for m D_i.
+    squares : ``(3, Q, LANES)``, of m ⟨D_i, D_j⟩ times 1, v and v²; Q is the R(R+1)/2 pairs i ≥ j, or the next
+        multiple of :data:`ABREAST`.
+    products : ``(2, N, P, LANES)``, of m ⟨D_i, d_n⟩, times 1 and v; P is R or the next multiple.
+    weighted : ``(rows, C, P, LANES)``, room for m D_i; C is a multiple of three, of which the last may be zero.
     """
 
     squares: NDArray[np.float32]
@@ -30,168 +43,111 @@ class Sums(NamedTuple):
 
 
 @inner()
-def no_sums(slots: int, count: int, channels: int) -> Sums:
-    """Sums of nothing, for R ``slots`` and N = ``count`` expressions, a multiple of :data:`ABREAST`."""
+def no_sums(rows: int, slots: int, count: int, channels: int) -> Sums:
+    """Sums of nothing, for R ``slots`` and N = ``count`` expressions."""
+    padded = (slots + ABREAST - 1) // ABREAST * ABREAST
+    pairs = (slots * (slots + 1) // 2 + ABREAST - 1) // ABREAST * ABREAST
+    triples = (channels + 2) // 3 * 3
     return Sums(
-        np.zeros((3, slots * (slots + 1) // 2, LANES), np.float32),
-        np.zeros((2, slots, count, LANES), np.float32),
-        np.empty((channels, LANES), np.float32),
+        room(3 * pairs).reshape(3, pairs, LANES),
+        room(2 * count * padded).reshape(2, count, padded, LANES),
+        room(rows * triples * padded).reshape(rows, triples, padded, LANES),
     )
 
 
 @inner()
-def accumulate_strip(
-    normal: NDArray[np.float32], rows: NDArray[np.float32], importance: NDArray[np.float32], v: np.float32, sums: Sums
-) -> None:
-    """Add a row of texels: textures ``normal[:, R:]`` and differences ``rows[R:]`` (:mod:`facezip.fit.cholesky`),
-    ``importance`` ``(LANES,)``.
-    """
-    squares, _, weighted = sums
-    slots, all_rows, _ = normal.shape
-    channels, share, counts = len(weighted), all_of(v), load(importance, 0)
-    pair, once, twice = 0, squares.shape[1] * LANES, 2 * squares.shape[1] * LANES
-    for i in range(slots):
-        own = (i * all_rows + slots) * LANES
-        for c in range(0, channels * LANES, LANES):
-            store(weighted, c, times(counts, load(normal, own + c)))
-        for j in range(i + 1):
-            total, other = all_of(np.float32(0)), (j * all_rows + slots) * LANES
-            for c in range(0, channels * LANES, LANES):
-                total = plus_product(total, load(weighted, c), load(normal, other + c))
-            lower = times(share, total)
-            store(squares, pair, plus(load(squares, pair), total))
-            store(squares, pair + once, plus(load(squares, pair + once), lower))
-            store(squares, pair + twice, plus_product(load(squares, pair + twice), share, lower))
-            pair += LANES
-        _add_products(i, slots, rows, share, sums)
-
-
-@inner()
-def _add_products(i: int, slots: int, rows: NDArray[np.float32], share: float, sums: Sums) -> None:
-    """Of one slot with all expressions, four at a time."""
-    _, products, weighted = sums
-    apart = rows.shape[1] * LANES
-    below = slots * apart
-    for n in range(0, apart, ABREAST * LANES):
-        first = second = third = fourth = all_of(np.float32(0))
-        for c in range(len(weighted)):
-            value, at = load(weighted, c * LANES), (slots + c) * apart + n
-            first = plus_product(first, value, load(rows, at))
-            second = plus_product(second, value, load(rows, at + LANES))
-            third = plus_product(third, value, load(rows, at + 2 * LANES))
-            fourth = plus_product(fourth, value, load(rows, at + 3 * LANES))
-        there = i * apart + n
-        _add(products, there, below, first, share)
-        _add(products, there + LANES, below, second, share)
-        _add(products, there + 2 * LANES, below, third, share)
-        _add(products, there + 3 * LANES, below, fourth, share)
-
-
-@inner()
-def _add(products: NDArray[np.float32], at: int, below: int, total: float, share: float) -> None:
-    store(products, at, plus(load(products, at), total))
-    store(products, at + below, plus_product(load(products, at + below), share, total))
-
-
-@inner()
-def collect_strip(
-    sums: Sums, rows: tuple[int, int], first: int, shares: NDArray[np.float32], system: WeightSystem
-) -> None:
-    """Share the sums out to the equations of the weight texels in two ``rows``, columns from ``first`` on; begin again.
-
-    ``shares`` are those of :func:`facezip.pack.strips.find_shares`.
-    """
-    _collect_products(sums.products, rows, first, shares, system.right)
-    _collect_squares(sums.squares, rows, first, shares, system.matrix)
-    sums.squares[:] = 0
-    sums.products[:] = 0
-
-
-@inner()
-def _collect_products(
-    products: NDArray[np.float32],
-    rows: tuple[int, int],
-    first: int,
+def accumulate_rows(
+    rows: int,
+    slots: int,
+    normal: NDArray[np.float32],
+    tile: Texels,
+    starts: NDArray[np.int64],
+    importances: NDArray[np.float32],
     shares: NDArray[np.float32],
-    right: NDArray[np.float32],
-) -> None:
-    _, slots, count, w = right.shape
-    flat = right.reshape(-1)
-    for i in range(slots):
-        for n in range(count):
-            at = (i * products.shape[2] + n) * LANES
-            lower = load(products, at + slots * products.shape[2] * LANES)
-            upper = minus(load(products, at), lower)
-            above = ((rows[0] * slots + i) * count + n) * w + first
-            below = ((rows[1] * slots + i) * count + n) * w + first
-            for q in range(0, min(len(shares), w - first), ABREAST):
-                _add_shared(upper, shares, q, w - first - q, flat, above + q)
-                _add_shared(lower, shares, q, w - first - q, flat, below + q)
-
-
-@inner()
-def _add_shared(
-    value: float, shares: NDArray[np.float32], q: int, columns: int, out: NDArray[np.float32], at: int
-) -> None:
-    """To four columns, or as many as there are."""
-    found = totals(
-        times(value, load(shares, q * LANES)),
-        times(value, load(shares, (q + 1) * LANES)),
-        times(value, load(shares, (q + 2) * LANES)),
-        times(value, load(shares, (q + 3) * LANES)),
-    )
-    out[at] += found[0]
-    if columns > 1:
-        out[at + 1] += found[1]
-    if columns > 2:
-        out[at + 2] += found[2]
-    if columns > 3:
-        out[at + 3] += found[3]
-
-
-@inner()
-def _collect_squares(
     squares: NDArray[np.float32],
-    rows: tuple[int, int],
-    first: int,
-    shares: NDArray[np.float32],
-    matrix: NDArray[np.float32],
+    products: NDArray[np.float32],
+    weighted: NDArray[np.float32],
 ) -> None:
-    """The couplings with later texels and of j ≤ i; :func:`complete` knows the others."""
-    _, slots, _, _, w = matrix.shape
-    flat, pairs = matrix.reshape(-1), squares.shape[1] * LANES
-    for q in range(min(len(shares), w - first)):
-        near = load(shares, q * LANES)
-        # A texel lies between two columns: those that are further apart have none in common.
-        beside = load(shares, (q + 1) * LANES) if q + 1 < len(shares) else all_of(np.float32(0))
-        own, both, pair = times(near, near), times(near, beside), 0
-        last = first + q + 1 == w
-        for i in range(slots):
-            for j in range(i + 1):
-                lower, once = load(squares, 2 * pairs + pair), load(squares, pairs + pair)
-                between = minus(once, lower)
-                upper = minus(minus(load(squares, pair), once), between)
-                pair += LANES
-                here = ((rows[0] * slots + i) * slots + j) * 9 * w + first + q
-                below = ((rows[1] * slots + i) * slots + j) * 9 * w + first + q
-                found = totals(times(upper, own), times(upper, both), times(between, own), times(between, both))
-                under = totals(times(lower, own), times(lower, both), lower, lower)
-                flat[here + 4 * w] += found[0]
-                flat[here + 7 * w] += found[2]
-                flat[below + 4 * w] += under[0]
-                if not last:
-                    flat[here + 5 * w] += found[1]
-                    flat[here + 8 * w] += found[3]
-                    flat[here + 6 * w + 1] += found[3]
-                    flat[below + 5 * w] += under[1]
+    """Add rows of texels to :class:`Sums`, one array apart from the other: taking them apart here takes its time.
+
+    Parameters
+    ----------
+    rows, slots : how many, and R.
+    normal : their textures are ``normal[:, :, P:]`` (:mod:`facezip.fit.cholesky`).
+    tile, starts : their texels (:func:`facezip.pack.strips.read_tile`), and which number of them is each row's first.
+    importances : ``(rows, LANES)``.
+    shares : v, ``(rows,)``.
+    """
+    (_, padded, columns, _), triples = normal.shape, weighted.shape[1]
+    for row in range(rows):
+        counts = load(importances, row * LANES)
+        for c in range(tile.shape[3]):
+            for i in range(slots):
+                texture = load(normal, ((row * padded + i) * columns + padded + c) * LANES)
+                store(weighted, ((row * triples + c) * padded + i) * LANES, times(counts, texture))
+    _add_squares(rows, slots, tile.shape[3], normal, shares, weighted, squares)
+    _add_products(rows, tile, starts, shares, weighted, products)
 
 
-def complete(matrix: NDArray[np.float32]) -> None:
-    """The other couplings ``(h, R, R, 9, w)``: they are the same from both sides."""
-    matrix[:, :, :, 3, 1:] = matrix[:, :, :, 5, :-1]
-    matrix[1:, :, :, 1] = matrix[:-1, :, :, 7]
-    matrix[1:, :, :, 0, 1:] = matrix[:-1, :, :, 8, :-1]
-    matrix[1:, :, :, 2, :-1] = matrix[:-1, :, :, 6, 1:]
-    for i in range(matrix.shape[1]):
-        for j in range(i):
-            matrix[:, j, i] = matrix[:, i, j]
+@inner()
+def _add_squares(
+    rows: int,
+    slots: int,
+    channels: int,
+    normal: NDArray[np.float32],
+    shares: NDArray[np.float32],
+    weighted: NDArray[np.float32],
+    squares: NDArray[np.float32],
+) -> None:
+    _, padded, columns, _ = normal.shape
+    pair, apart, triples = 0, squares.shape[1] * LANES, weighted.shape[1]
+    for i in range(slots):
+        for j in range(i + 1):
+            once, lower, twice = load(squares, pair), load(squares, pair + apart), load(squares, pair + 2 * apart)
+            for row in range(rows):
+                total, v = all_of(np.float32(0)), all_at(shares, row)
+                for c in range(channels):
+                    one = load(weighted, ((row * triples + c) * padded + i) * LANES)
+                    other = load(normal, ((row * padded + j) * columns + padded + c) * LANES)
+                    total = plus_product(total, one, other)
+                below = times(v, total)
+                once, lower, twice = plus(once, total), plus(lower, below), plus_product(twice, v, below)
+            store(squares, pair, once)
+            store(squares, pair + apart, lower)
+            store(squares, pair + 2 * apart, twice)
+            pair += LANES
+
+
+@inner()
+def _add_products(
+    rows: int,
+    tile: Texels,
+    starts: NDArray[np.int64],
+    shares: NDArray[np.float32],
+    weighted: NDArray[np.float32],
+    products: NDArray[np.float32],
+) -> None:
+    """Four slots at a time: their sums stay in registers over all rows."""
+    (_, count, padded, _), triples = products.shape, weighted.shape[1]
+    below, apart, size = count * padded * LANES, padded * LANES, tile.shape[3] * LANES
+    for n in range(count):
+        for i in range(0, padded, ABREAST):
+            at = (n * padded + i) * LANES
+            once, lower = load_abreast(products, at), load_abreast(products, at + below)
+            # Three channels at a time: where there are fewer, the others' textures are zero.
+            for c in range(0, triples, 3):
+                for row in range(rows):
+                    neutral = starts[row] + c * LANES
+                    difference = minus(_texel(tile, neutral + (1 + n) * size), _texel(tile, neutral))
+                    texture = ((row * triples + c) * padded + i) * LANES
+                    total = times(difference[0], load_abreast(weighted, texture))
+                    total = plus_product(total, difference[1], load_abreast(weighted, texture + apart))
+                    total = plus_product(total, difference[2], load_abreast(weighted, texture + 2 * apart))
+                    once, lower = plus(once, total), plus_product(lower, all_at(shares, row), total)
+            store(products, at, once)
+            store(products, at + below, lower)
+
+
+@inner()
+def _texel(tile: Texels, at: int) -> tuple[float, float, float]:
+    return load(tile, at), load(tile, at + LANES), load(tile, at + 2 * LANES)

@@ -27,26 +27,41 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.samples import Samples, Stored
-from facezip.fit.accumulation import accumulate_strip, collect_strip, complete, no_sums
-from facezip.fit.cholesky import factor_strip, round_strip, substitute
+from facezip.files.images import Texels
+from facezip.fit.accumulation import accumulate_rows, no_sums
+from facezip.fit.cholesky import add_up, factor, no_normal, round_strip, substitute
+from facezip.fit.equations import (
+    Equations,
+    add_equations,
+    collect_row,
+    complete,
+    no_equations,
+    no_shared,
+    spread_shares,
+)
 from facezip.fit.weights import WeightSystem
 from facezip.machine import memory
 from facezip.machine.kernels import inner, kernel
 from facezip.machine.rows import by_rows, each_block, map_rows
-from facezip.machine.vectors import ABREAST, LANES
-from facezip.pack.sampling import Grid, bilinear_grid, same_rows
+from facezip.machine.vectors import LANES, load, minus, room, store
+from facezip.pack.sampling import Grid, bilinear_grid, rows_between
 from facezip.pack.strips import (
+    WIDE,
     expand_strip,
     find_shares,
-    mix_strip,
-    no_shares,
+    looked_at,
+    most_columns,
+    no_tile,
     read_importance,
-    read_strip,
     read_textures,
-    visited_strips,
+    read_tile,
+    says_anything,
+    start_of,
     write_textures,
 )
 
+# Rows of texels that are taken together: their sums stay in registers.
+AT_ONCE = 8
 # ρ as a part of the mean trace of a texel's system: bounds a texture where all weights are small.
 RIDGE = 1e-3
 # Of the most that a texel counts: of texels that all count no more, such as those beside the face, some stand for all.
@@ -69,23 +84,25 @@ def weight_system(
     moving : ``(h, w)``, the weight texels whose equations have to be whole, where others may lack terms; None for all.
     """
     grid, ridge = _sampling(samples, weights), _ridge(weights)
-    system = WeightSystem.zeros(weights.shape)
+    system, columns = WeightSystem.zeros(weights.shape), most_columns(grid.columns)
     little = np.float32(LITTLE * samples.importance.max())
     given = np.empty((0,) * 4, np.float32) if textures is None else textures
-    visited = visited_strips(np.ones((len(weights), weights.shape[3]), np.bool_) if moving is None else moving, grid)
+    looked = looked_at(np.ones((len(weights), weights.shape[3]), np.bool_) if moving is None else moving, grid)
 
-    def block(top: int, bottom: int) -> tuple[int, WeightSystem]:
+    def block(top: int, bottom: int) -> tuple[int, Equations] | None:
         begin, end = int(grid.rows.first[top]), int(grid.rows.second[bottom - 1]) + 1
-        part = WeightSystem.zeros((end - begin, *weights.shape[1:]))
-        _accumulate(
-            top, bottom, samples.stored, samples.importance, little, weights, grid, ridge, given, visited, begin, part
-        )
-        complete(part.matrix)
+        if not looked[begin:end].any():
+            return None
+        part = no_equations(end - begin, weights.shape, columns)
+        texels = samples.stored, samples.importance, little
+        _accumulate(top, bottom, *texels, weights, grid, ridge, given, looked, begin, part)
         return begin, part
 
-    for begin, part in each_block(block, len(samples.neutral)):
-        system.matrix[begin : begin + len(part.matrix)] += part.matrix
-        system.right[begin : begin + len(part.right)] += part.right
+    for found in each_block(block, len(samples.neutral)):
+        if found is not None:
+            begin, part = found
+            add_equations(part, begin, samples.scale, system)
+    map_rows(partial(complete, system.matrix), len(weights))
     return system
 
 
@@ -186,29 +203,39 @@ def _ridge(weights: NDArray[np.float32]) -> np.float32:
 
 
 class _Strip(NamedTuple):
-    """What a sweep holds of a strip (:mod:`facezip.pack.strips`, :mod:`facezip.fit.cholesky`).
+    """What a sweep holds of a strip (:mod:`facezip.pack.strips`): of up to :data:`AT_ONCE` rows of texels between two
+    rows of weight texels.
 
     Attributes
     ----------
-    upper, lower : ``(R, N, LANES)``, the rows of weight texels above and below.
-    rows : ``(K, N, LANES)``.
-    normal : ``(R, K, LANES)``.
+    upper, lower, change : ``(N, P, LANES)``, weights of both rows, and how much larger the lower one's are.
+    starts : ``(AT_ONCE,)``, where each row's texels start in the tile.
+    fractions : ``(AT_ONCE,)``, the share v of the lower row of weight texels.
+    importances : ``(AT_ONCE, LANES)``.
+    normal : ``(AT_ONCE, P, K, LANES)`` (:mod:`facezip.fit.cholesky`).
     """
 
     upper: NDArray[np.float32]
     lower: NDArray[np.float32]
-    rows: NDArray[np.float32]
+    change: NDArray[np.float32]
+    starts: NDArray[np.int64]
+    fractions: NDArray[np.float32]
+    importances: NDArray[np.float32]
     normal: NDArray[np.float32]
 
 
 @inner()
 def _strip(slots: int, channels: int, count: int) -> _Strip:
-    all_rows, abreast = max(slots + channels, ABREAST), -(-count // ABREAST) * ABREAST
+    normal = no_normal(AT_ONCE, slots, channels)
+    padded = normal.shape[1]
     return _Strip(
-        np.empty((slots, count, LANES), np.float32),
-        np.empty((slots, count, LANES), np.float32),
-        np.zeros((all_rows, abreast, LANES), np.float32),
-        np.zeros((slots, all_rows, LANES), np.float32),
+        room(count * padded).reshape(count, padded, LANES),
+        room(count * padded).reshape(count, padded, LANES),
+        room(count * padded).reshape(count, padded, LANES),
+        np.zeros(AT_ONCE, np.int64),
+        np.zeros(AT_ONCE, np.float32),
+        room(AT_ONCE).reshape(AT_ONCE, LANES),
+        normal,
     )
 
 
@@ -223,65 +250,123 @@ def _accumulate(
     grid: Grid,
     ridge: np.float32,
     textures: NDArray[np.float32],
-    visited: NDArray[np.bool_],
+    looked: NDArray[np.bool_],
     begin: int,
-    system: WeightSystem,
+    equations: Equations,
 ) -> None:
     """Add rows of texels to a part of the system, from row ``begin`` on: under ``textures``, or those that fit best
-    where there are none. Strips that are not ``visited`` (:func:`facezip.pack.strips.visited_strips`) are left out.
+    where there are none. Strips that are not ``looked`` at (:func:`facezip.pack.strips.looked_at`) are left out.
     """
-    count, _, width, channels = stored.textures.shape
-    slots = weights.shape[1]
-    strip, importances, shares = _strip(slots, channels, count), np.zeros(LANES, np.float32), no_shares(grid.columns)
-    sums = no_sums(slots, strip.rows.shape[1], channels)
+    (_, slots, count, _), (_, _, width, channels) = weights.shape, stored.textures.shape
+    columns, tile = most_columns(grid.columns), no_tile(stored, bottom - top)
+    above, below, fraction = grid.rows
+    here = looked[above[top] : above[bottom - 1] + 1]
+    shares, shared = room(columns).reshape(columns, LANES), no_shared(columns)
+    # Taken apart once: that counts references, which takes longer than a row of texels.
+    upper, lower, change, starts, fractions, importances, normal = _strip(slots, channels, count)
+    squares, products, weighted = no_sums(AT_ONCE, slots, count, channels)
     for left in range(0, width, LANES):
+        if left % WIDE == 0 and here[:, left // LANES : (left + WIDE) // LANES].any():
+            read_tile(stored, top, bottom, left, tile)
         find_shares(grid.columns, left, shares)
-        first, between, some = grid.columns.first[left], top - 1, False
-        for y in range(top, bottom):
-            if not visited[grid.rows.first[y], left // LANES]:
-                continue
-            if read_importance(importance, y, bottom, left, little, importances) > 0:
-                there = read_strip(stored, y, left, slots, strip.rows)
-                if len(textures) > 0:
-                    read_textures(textures, y, left, 0, strip.normal)
-                    there = True
-                elif there:
-                    between = _normal_equations(weights, grid, y, top, between, left, ridge, count, shares, strip)
+        spread_shares(shares, shared)
+        y, first, open_row, before = top, grid.columns.first[left], -1, -1
+        while y < bottom:
+            end, row, visited = rows_between(above, below, y, bottom), above[y] - begin, False
+            for start in range(y, end if looked[above[y], left // LANES] else y, AT_ONCE):
+                many = top, start, min(start + AT_ONCE, end), bottom
+                rows = _read_rows(
+                    many,
+                    tile,
+                    importance,
+                    little,
+                    fraction,
+                    left,
+                    textures,
+                    starts,
+                    fractions,
+                    importances,
+                    normal,
+                )
+                if rows > 0 and not visited:
+                    visited = True
+                    if open_row >= 0 and open_row != row:
+                        collect_row(open_row, first, shared, squares, products, equations)
+                    if len(textures) == 0:
+                        between = above[y], below[y]
+                        before = _expand(weights, between, before, first, shares, upper, lower, change)
+                if rows > 0 and len(textures) == 0:
+                    add_up(rows, upper, change, fractions, tile, starts, stored.scale, normal)
+                    factor(rows, slots, ridge, normal)
                     for i in range(slots - 1, -1, -1):
-                        substitute(i, channels, strip.normal)
-                # Textures are zero where nothing is to be said.
-                if there:
-                    accumulate_strip(strip.normal, strip.rows, importances, grid.rows.fraction[y], sums)
-                    some = True
-            if some and (y + 1 == bottom or not same_rows(grid.rows, y, y + 1)):
-                rows = grid.rows.first[y] - begin, grid.rows.second[y] - begin
-                collect_strip(sums, rows, first, shares, system)
-                some = False
+                        substitute(rows, i, slots, channels, normal)
+                if rows > 0:
+                    accumulate_rows(
+                        rows, slots, normal, tile, starts, importances, fractions, squares, products, weighted
+                    )
+            if visited:
+                collect_row(row, first, shared, squares, products, equations)
+                open_row = below[y] - begin
+            y = end
+        if open_row >= 0:
+            collect_row(open_row, first, shared, squares, products, equations)
 
 
 @inner()
-def _normal_equations(
-    weights: NDArray[np.float32],
-    grid: Grid,
-    y: int,
-    top: int,
-    between: int,
+def _read_rows(
+    many: tuple[int, int, int, int],
+    tile: Texels,
+    importance: NDArray[np.float32],
+    little: np.float32,
+    fraction: NDArray[np.float32],
     left: int,
-    ridge: np.float32,
-    count: int,
-    shares: NDArray[np.float32],
-    strip: _Strip,
+    textures: NDArray[np.float32],
+    starts: NDArray[np.int64],
+    fractions: NDArray[np.float32],
+    importances: NDArray[np.float32],
+    normal: NDArray[np.float32],
 ) -> int:
-    """The factors and right sides of row y; a row that lies between the same two of weight texels, to be given with the
-    next one as ``between``, at first one above ``top``.
+    """Find those of some rows that say anything, and how many they are.
+
+    Parameters
+    ----------
+    many : the first row of the tile, the first and the end of those to look at, and the end of the tile.
     """
-    if between < top or not same_rows(grid.rows, y, between):
-        first = grid.columns.first[left]
-        expand_strip(weights, grid.rows.first[y], first, shares, strip.upper)
-        expand_strip(weights, grid.rows.second[y], first, shares, strip.lower)
-    mix_strip(strip.upper, strip.lower, grid.rows.fraction[y], strip.rows)
-    factor_strip(strip.rows, count, ridge, strip.normal)
-    return y
+    (top, first, end, bottom), rows = many, 0
+    for y in range(first, end):
+        if read_importance(importance, y, bottom, left, little, rows, importances) > 0:
+            if len(textures) > 0:
+                read_textures(textures, y, left, 0, rows, normal)
+            starts[rows], fractions[rows] = start_of(tile, y - top, left), fraction[y]
+            # The best textures are zero where nothing is to be said.
+            if len(textures) > 0 or says_anything(tile, starts[rows]):
+                rows += 1
+    return rows
+
+
+@inner()
+def _expand(
+    weights: NDArray[np.float32],
+    rows: tuple[int, int],
+    before: int,
+    first: int,
+    shares: NDArray[np.float32],
+    upper: NDArray[np.float32],
+    lower: NDArray[np.float32],
+    change: NDArray[np.float32],
+) -> int:
+    """The weights of two rows of weight texels, between which texels lie; the lower one, to be given with the next
+    ones as ``before``.
+    """
+    if rows[0] == before:
+        for at in range(0, upper.size, LANES):
+            store(upper, at, load(lower, at))
+    else:
+        expand_strip(weights, rows[0], first, shares, upper)
+    expand_strip(weights, rows[1], first, shares, lower)
+    for at in range(0, upper.size, LANES):
+        store(change, at, minus(load(lower, at), load(upper, at)))
+    return rows[1]
 
 
 @kernel()
@@ -298,20 +383,43 @@ def _solve(
     out: NDArray[np.float32],
 ) -> None:
     """Rows of :func:`_solve_rows`; where a step ``(R, C)`` is above 0, values are rounded to multiples of it."""
-    count, _, width, channels = stored.textures.shape
-    slots, end = weights.shape[1], slot + len(out)
-    strip, shares = _strip(slots, channels, count), no_shares(grid.columns)
+    (_, slots, count, _), (_, _, width, channels) = weights.shape, stored.textures.shape
+    columns, tile = most_columns(grid.columns), no_tile(stored, bottom - top)
+    above, below, fraction = grid.rows
+    shares, end = room(columns).reshape(columns, LANES), slot + len(out)
+    upper, lower, change, starts, fractions, _, normal = _strip(slots, channels, count)
     for left in range(0, width, LANES):
+        if left % WIDE == 0:
+            read_tile(stored, top, bottom, left, tile)
         find_shares(grid.columns, left, shares)
-        between = top - 1
-        for y in range(top, bottom):
-            read_strip(stored, y, left, slots, strip.rows)
-            between = _normal_equations(weights, grid, y, top, between, left, ridge, count, shares, strip)
-            read_textures(given, y, left, end, strip.normal)
-            for i in range(end - 1, slot - 1, -1):
-                substitute(i, channels, strip.normal)
-                # Rounded before those that follow are solved, so that they make up for it (Babai's nearest plane).
-                for c in range(channels):
-                    if steps[i, c] > 0:
-                        round_strip(steps[i, c], strip.normal[i, slots + c])
-            write_textures(strip.normal, slot, y, left, out)
+        y, first, before = top, grid.columns.first[left], -1
+        while y < bottom:
+            after = rows_between(above, below, y, bottom)
+            between = above[y], below[y]
+            before = _expand(weights, between, before, first, shares, upper, lower, change)
+            for start in range(y, after, AT_ONCE):
+                rows = min(after - start, AT_ONCE)
+                for row in range(rows):
+                    starts[row] = start_of(tile, start + row - top, left)
+                    fractions[row] = fraction[start + row]
+                add_up(rows, upper, change, fractions, tile, starts, stored.scale, normal)
+                factor(rows, slots, ridge, normal)
+                for row in range(rows):
+                    read_textures(given, start + row, left, end, row, normal)
+                _substitute_rounded(rows, slot, end, slots, steps, normal)
+                for row in range(rows):
+                    write_textures(normal, row, slot, start + row, left, out)
+            y = after
+
+
+@inner()
+def _substitute_rounded(
+    rows: int, slot: int, end: int, slots: int, steps: NDArray[np.float32], normal: NDArray[np.float32]
+) -> None:
+    channels = steps.shape[1]
+    for i in range(end - 1, slot - 1, -1):
+        substitute(rows, i, slots, channels, normal)
+        # Rounded before those that follow are solved, so that they make up for it (Babai's nearest plane).
+        for c in range(channels):
+            for row in range(rows if steps[i, c] > 0 else 0):
+                round_strip(steps[i, c], normal[row, i, normal.shape[1] + c])

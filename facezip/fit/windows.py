@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.machine.kernels import inner, kernel
-from facezip.machine.vectors import ABREAST, LANES, all_of, load, minus, plus_product, store, times, totals
+from facezip.machine.shuffles import totals
+from facezip.machine.vectors import ABREAST, LANES, all_of, load, minus, plus_product, store, times
 
 # Warm started: more steps would solve exactly what the next alternation changes again.
 STEPS = 4

@@ -8,13 +8,15 @@ from numpy.typing import NDArray
 
 from facezip.character.samples import Stored, samples_of
 from facezip.character.scans import Stack
+from facezip.files.images import Texels
 from facezip.machine.kernels import inner, kernel
 from facezip.machine.rows import by_rows, map_rows, sum_rows
-from facezip.machine.vectors import LANES, all_of, clipped, load, minus, plus, plus_product, times, totals
+from facezip.machine.shuffles import totals
+from facezip.machine.vectors import LANES, all_of, clipped, load, minus, plus_product, room, store, times
 from facezip.pack.model import Part
 from facezip.pack.quantise import ZERO, StoredPart
 from facezip.pack.sampling import Grid, bilinear_grid, same_rows
-from facezip.pack.strips import expand_strip, find_shares, mix_strip, no_shares, read_strip
+from facezip.pack.strips import WIDE, expand_strip, find_shares, most_columns, no_tile, read_tile, start_of
 
 
 class Encoded(NamedTuple):
@@ -112,13 +114,15 @@ def _squared_errors(
 ) -> NDArray[np.float64]:
     count, _, width, channels = stored.textures.shape
     slots = weights.shape[1]
-    shares, counts = no_shares(grid.columns), np.empty(LANES, np.float32)
-    upper, lower, weight = np.empty((3, slots, count, LANES), np.float32)
-    original = np.empty((channels, count, LANES), np.float32)
-    before, neutral = np.empty((2, channels, LANES), np.float32)
-    differences = np.empty((channels, slots, LANES), np.float32)
+    columns, counts = most_columns(grid.columns), room(1)
+    shares, weight = room(columns).reshape(columns, LANES), room(slots).reshape(slots, LANES)
+    upper, lower = room(count * slots).reshape(count, slots, LANES), room(count * slots).reshape(count, slots, LANES)
+    tile, neutral = no_tile(stored, bottom - top), room(channels).reshape(channels, LANES)
+    differences = room(channels * slots).reshape(channels, slots, LANES)
     total = np.zeros(count)
     for left in range(0, width, LANES):
+        if left % WIDE == 0:
+            read_tile(stored, top, bottom, left, tile)
         find_shares(grid.columns, left, shares)
         first, right = grid.columns.first[left], min(left + LANES, width)
         for y in range(top, bottom):
@@ -131,31 +135,39 @@ def _squared_errors(
                 most = max(most, counts[x])
             if most == 0:
                 continue
-            mix_strip(upper, lower, grid.rows.fraction[y], weight)
-            read_strip(stored, y, left, 0, original)
-            _decode(stored, encoded, y, left, before, neutral, differences)
+            _decode(encoded, y, left, neutral, differences)
+            start = start_of(tile, y - top, left)
             for n in range(count):
-                total[n] += _squared_gap(n, before, neutral, differences, weight, original, counts)
+                _mix(n, upper, lower, grid.rows.fraction[y], weight)
+                total[n] += _squared_gap(n, tile, start, stored.scale, neutral, differences, weight, counts)
     return total
 
 
 @inner()
+def _mix(
+    n: int, upper: NDArray[np.float32], lower: NDArray[np.float32], v: np.float32, weight: NDArray[np.float32]
+) -> None:
+    """Weights ``(R, LANES)`` between two rows of weight texels, v of the lower one."""
+    at, share = n * len(weight) * LANES, all_of(v)
+    for i in range(0, len(weight) * LANES, LANES):
+        near = load(upper, at + i)
+        store(weight, i, plus_product(near, share, minus(load(lower, at + i), near)))
+
+
+@inner()
 def _decode(
-    stored: Stored,
     encoded: Encoded,
     y: int,
     left: int,
-    before: NDArray[np.float32],
     neutral: NDArray[np.float32],
     differences: NDArray[np.float32],
 ) -> None:
-    """Of a strip ``(C, LANES)`` of both neutrals, and ``(C, R, LANES)`` of the difference textures."""
+    """Of a strip ``(C, LANES)`` of the neutral, and ``(C, R, LANES)`` of the difference textures."""
     channels, slots, _ = differences.shape
-    last = stored.neutral.shape[1] - 1
+    last = encoded.neutral.shape[1] - 1
     for c in range(channels):
         for x in range(LANES):
             at = min(left + x, last)
-            before[c, x] = stored.scale * np.float32(stored.neutral[y, at, c])
             neutral[c, x] = encoded.unit * np.float32(encoded.neutral[y, at, c])
             for i in range(slots):
                 steps = np.float32(encoded.differences[i, y, at, c]) - encoded.zero
@@ -165,23 +177,26 @@ def _decode(
 @inner()
 def _squared_gap(
     n: int,
-    before: NDArray[np.float32],
+    tile: Texels,
+    start: int,
+    scale: np.float32,
     neutral: NDArray[np.float32],
     differences: NDArray[np.float32],
     weight: NDArray[np.float32],
-    original: NDArray[np.float32],
     counts: NDArray[np.float32],
 ) -> np.float32:
-    """Of expression n, between the scan and equation (1), over all channels of a strip."""
+    """Of expression n, between the scan and equation (1), over all channels of a strip, which starts with
+    number ``start`` of a tile.
+    """
     channels, slots, _ = differences.shape
-    count = original.shape[1]
-    squares = all_of(np.float32(0))
+    squares, unit = all_of(np.float32(0)), all_of(scale)
     for c in range(channels):
         value = load(neutral, c * LANES)
         for i in range(slots):
             change = load(differences, (c * slots + i) * LANES)
-            value = plus_product(value, change, load(weight, (i * count + n) * LANES))
-        gap = minus(plus(load(original, (c * count + n) * LANES), load(before, c * LANES)), clipped(value))
+            value = plus_product(value, change, load(weight, i * LANES))
+        original = load(tile, start + ((1 + n) * channels + c) * LANES)
+        gap = minus(times(unit, original), clipped(value))
         squares = plus_product(squares, gap, gap)
     squares = times(squares, load(counts, 0))
     return totals(squares, squares, squares, squares)[0]

@@ -51,3 +51,12 @@ def bilinear_grid(size: tuple[int, int], low: tuple[int, int]) -> Grid:
 def same_rows(rows: Taps, y: int, other: int) -> bool:
     """Whether two rows of texels lie between the same two rows of weight texels."""
     return rows.first[y] == rows.first[other] and rows.second[y] == rows.second[other]
+
+
+@inner()
+def rows_between(first: NDArray[np.int64], second: NDArray[np.int64], y: int, bottom: int) -> int:
+    """Where the rows of texels from y on end, before ``bottom``, that have the same taps ``first`` and ``second``."""
+    end = y + 1
+    while end < bottom and first[end] == first[y] and second[end] == second[y]:
+        end += 1
+    return end

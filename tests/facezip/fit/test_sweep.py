@@ -6,7 +6,7 @@ import pytest
 from facezip.character.samples import samples_of
 from facezip.character.scans import Stack
 from facezip.fit.sweep import RIDGE, solve_texture, solve_textures, weight_system
-from facezip.fit.weights import solve_weights
+from facezip.fit.weights import multiply, solve_weights
 from facezip.pack.model import Part, blended_rows
 from tests.facezip.conftest import random_character
 
@@ -123,6 +123,55 @@ def test_any_size_and_any_number_of_channels(resolution):
     weights = random_weights(7, 2, 4)
     colour = solve_textures(samples_of(character.first), weights)
     np.testing.assert_allclose(solve_textures(samples_of(gray), weights)[..., 0], colour[..., 0], atol=1e-5)
+
+
+@pytest.mark.parametrize(("slots", "channels"), [(1, 3), (2, 1), (3, 4), (4, 2), (4, 3), (5, 1), (6, 4), (8, 3)])
+def test_any_number_of_slots_and_channels_makes_the_plain_equations(slots, channels):
+    """On a texture of whole tiles and a part of one, against sums over all texels at once."""
+    side, low, count = 70, 9, 5
+    stack = random_character(side=side, expressions=count).first
+    some = [0, 1, 2, 0][:channels]
+    importance = np.random.default_rng(1).random((side, side)).astype(np.float32)
+    samples = samples_of(Stack(stack.neutral[..., some].copy(), stack.textures[..., some].copy()), importance)
+    weights, sampler = random_weights(low, slots, count), upsampling(side, low)
+
+    def sampled(maps):
+        return (sampler @ maps.transpose(0, 3, 1, 2).reshape(low * low, -1)).reshape(-1, slots, count)
+
+    def gathered(terms):
+        return (sampler.T @ terms.reshape(side * side, -1)).reshape(low, low, slots, count).transpose(0, 2, 3, 1)
+
+    shown = sampled(weights.astype(float))
+    differences = (samples.textures.astype(float) - samples.neutral) * samples.scale
+    differences = differences.reshape(count, -1, channels).transpose(1, 0, 2)
+    ridge = RIDGE * np.square(weights).sum() / low**2
+    textures = np.linalg.solve(shown @ shown.transpose(0, 2, 1) + ridge * np.eye(slots), shown @ differences)
+    counted = samples.importance.reshape(-1, 1, 1) * textures
+    system, other = weight_system(samples, weights), random_weights(low, slots, count, seed=2)
+    product = np.empty_like(other)
+    multiply(0, low, system.matrix, other, product)
+
+    def assert_close(found, expected):
+        np.testing.assert_allclose(found, expected, atol=1e-4 * np.abs(expected).max())
+
+    solved = solve_textures(samples, weights).reshape(slots, -1, channels).transpose(1, 0, 2)
+    assert_close(solved, textures)
+    assert_close(system.right, gathered(counted @ differences.transpose(0, 2, 1)))
+    assert_close(product, gathered(counted @ textures.transpose(0, 2, 1) @ sampled(other)))
+
+
+def test_rows_that_hardly_count_and_texels_that_never_change_are_left_out():
+    """Of four rows that count little one stands for all, in the middle; others are as if they were not there."""
+    stack = random_character(side=40, expressions=4).first
+    stack.textures[:, 16:24] = stack.neutral[16:24]
+    weights, importance = random_weights(5, 2, 4), np.ones((40, 40), np.float32)
+    importance[8:16] = 0.02
+    alone = np.where(np.arange(40) % 4 == 2, np.float32(0.08), np.float32(0))
+    alone = np.where((np.arange(40) < 8) | (np.arange(40) >= 16), importance[:, 0], alone)
+    found = weight_system(samples_of(stack, importance), weights)
+    expected = weight_system(samples_of(stack, np.repeat(alone[:, None], 40, axis=1)), weights)
+    np.testing.assert_allclose(found.right, expected.right, rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(found.matrix, expected.matrix, rtol=1e-4, atol=1e-4)
 
 
 def test_rounded_textures_are_on_their_grid_and_nearly_as_good(character):

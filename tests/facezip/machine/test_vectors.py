@@ -3,22 +3,24 @@
 import numpy as np
 import pytest
 
-from facezip.machine import vectors
 from facezip.machine.kernels import kernel
 from facezip.machine.vectors import (
+    ABREAST,
     LANES,
+    all_at,
     all_of,
     clipped,
+    larger,
     load,
-    load_texels,
+    load_abreast,
     minus,
     minus_product,
     plus,
     plus_product,
     reciprocal_root,
+    room,
     store,
     times,
-    totals,
 )
 
 A, B, C, D = np.random.default_rng(0).normal(size=(4, LANES)).astype(np.float32)
@@ -37,15 +39,20 @@ def _written(a, b, c, out):
 
 
 @kernel()
-def _totals(a, b, c, d):
-    return totals(load(a, 0), load(b, 0), load(c, 0), load(d, 0))
+def _abreast(a, b, factor, out):
+    four = load_abreast(a, 0)
+    store(out, 0, plus_product(four, all_at(factor, 1), load_abreast(b, 0)))
+    store(out, ABREAST * LANES, (larger(four[1], four[3]), load(b, 0)))
 
 
 @kernel()
-def _spread(texels, at, out):
-    found = load_texels(texels, at)
-    for c in range(3):
-        store(out, c * LANES, found[c])
+def _aligned(count):
+    return room(count).ctypes.data % (4 * LANES)
+
+
+@kernel()
+def _loaded(numbers, at, out):
+    store(out, 0, load(numbers, at))
 
 
 def test_every_operation_is_that_of_arrays():
@@ -56,17 +63,21 @@ def test_every_operation_is_that_of_arrays():
     np.testing.assert_allclose(out, expected, rtol=1e-5, atol=1e-6)
 
 
-def test_totals_are_sums_each_of_its_own_vector():
-    np.testing.assert_allclose(_totals(A, B, C, D), [part.sum() for part in (A, B, C, D)], rtol=1e-5)
+def test_tuples_of_vectors_are_as_many_vectors():
+    a, b = np.random.default_rng(2).normal(size=(2, ABREAST, LANES)).astype(np.float32)
+    out = np.zeros((ABREAST + 2, LANES), np.float32)
+    _abreast(a, b, np.float32([7, 3]), out)
+    expected = [*(a + 3 * b), np.maximum(a[1], a[3]), b[0]]
+    np.testing.assert_allclose(out, expected, rtol=1e-5, atol=1e-6)
+
+
+def test_room_begins_with_a_line_of_the_cache():
+    assert [_aligned(count) for count in range(1, 9)] == [0] * 8
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
-def test_texels_come_apart_into_channels(dtype):
-    texels = (200 * np.random.default_rng(1).random((2, 20, 3))).astype(dtype)
-    out = np.zeros((3, LANES), np.float32)
-    _spread(texels, 3 * 21, out)
-    np.testing.assert_array_equal(out, texels[1, 1 : 1 + LANES].T)
-
-
-def test_lanes_are_a_multiple_of_what_is_taken_abreast():
-    assert LANES % vectors.ABREAST == 0
+def test_numbers_of_every_type_become_floats(dtype):
+    numbers = (250 * np.random.default_rng(1).random(40)).astype(dtype)
+    out = np.zeros(LANES, np.float32)
+    _loaded(numbers, 21, out)
+    np.testing.assert_array_equal(out, numbers[21 : 21 + LANES])
