@@ -37,6 +37,9 @@ pictures: demo
 	cp out/talk/animation.webp docs/talking.webp
 	$(BIN)/python -m reports.portrait $(SCANS_AND_PACK) docs/portrait.webp
 	$(BIN)/python -m reports.portrait $(SCANS_AND_PACK) docs/maps.webp side
+	$(BIN)/python -m reports.people docs/people.webp studio
+	$(BIN)/python -m reports.people docs/people_side.webp side
+	$(BIN)/python -m reports.misplaced docs/alignment.webp
 	$(BIN)/python -m tests.browser.pictures out/demo docs
 	$(BIN)/python -m reports.timeline 2048 docs/timeline.svg
 

@@ -24,6 +24,7 @@ from render.limits import DECIDING
 from render.llvm import start
 from render.metrics import UNITS
 from render.paired import Images
+from render.points import REVISION
 from render.presence import face_triangles
 from render.scattering import spread
 from render.settings import Settings
@@ -244,7 +245,8 @@ class _Run:
         # Other views, lights and expressions do not change this one.
         settings = {key: value for key, value in plain(self._conditions).items() if key not in ("views", "lights")}
         look = {"view": vars(shot.view), "light": shot.light, "names": [one.name for one in self._candidates]}
-        return digest_of({"format": ValidationDocument.format, "inputs": inputs, **settings, **look}, ())
+        made = {"format": ValidationDocument.format, "renderer": REVISION, "inputs": inputs}
+        return digest_of({**made, **settings, **look}, ())
 
     def _keep(self, shot: Shot, digest: str, measured: Taken, images: Images) -> None:
         names = ["original", *(f"{k + 1} {candidate.name}" for k, candidate in enumerate(self._candidates))]

@@ -40,33 +40,22 @@ def heights() -> NDArray[np.float64]:
 
 POLE = 2.0
 CROWN = 13.0
-# How rays fan out under the chin: height parameter, height and depth of the origin, elevation in degrees.
-_UNDER_CHIN = np.array(
-    [
-        [-13.5, -13.5, -3.4, 0.0],
-        [-12.3, -10.4, -1.2, -27.0],
-        [-11.4, -8.0, 1.0, -54.0],
-        [-9.8, -8.0, 1.0, -24.0],
-        [-8.8, -8.0, 1.0, -9.0],
-        [-7.8, -7.8, 0.43, 0.0],
-    ]
-)
+
+
+def axis() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Heights of the head's axis, from below, and how far forward it lies at each of them, cm."""
+    return np.array([-16.5, -12.0, -8.0, -2.0, POLE]), np.array([-4.0, -3.0, 0.4, 1.0, 0.0])
 
 
 def rays(h: NDArray[np.float64], a: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Origins on the head's axis and unit directions outwards, ``(rows, columns, 3)``, for heights and azimuths.
 
-    Rays leave the neck's axis level, fan out under the chin, and spread over the skull up to the crown.
+    Rays leave the axis level, and spread over the skull up to the crown.
     """
     lift = np.clip((h - POLE) / (CROWN - POLE), 0, 1) * np.pi / 2
     level = np.clip(h, -100, POLE)
-    forward = np.interp(level, [-16.5, -12.0, -8.0, -2.0, POLE], [-4.0, -3.0, 0.4, 1.0, 0.0])
-    below, back, dip = (np.interp(h, _UNDER_CHIN[:, 0], _UNDER_CHIN[:, column]) for column in (1, 2, 3))
-    ahead = np.clip(np.cos(a), 0, 1) * ((h > _UNDER_CHIN[0, 0]) & (h < _UNDER_CHIN[-1, 0]))
-    level, forward = level + ahead * (below - level), forward + ahead * (back - forward)
-    elevation = lift + ahead * np.radians(dip)
-    direction = np.stack([np.sin(a) * np.cos(elevation), np.sin(elevation), np.cos(a) * np.cos(elevation)], axis=2)
-    origin = np.stack([np.zeros_like(h), level, forward], axis=2)
+    direction = np.stack([np.sin(a) * np.cos(lift), np.sin(lift), np.cos(a) * np.cos(lift)], axis=2)
+    origin = np.stack([np.zeros_like(h), level, np.interp(level, *axis())], axis=2)
     return origin, direction
 
 
@@ -74,10 +63,8 @@ def grid_topology(rows: int = ROWS, columns: int = COLUMNS) -> Topology:
     """Triangles and UVs of the grid, its first and last column sharing vertices, its last row being the crown."""
     cell = np.arange(columns)[None, :] + columns * np.arange(rows)[:, None]
     a, b, c, d = cell[:-1, :-1], cell[:-1, 1:], cell[1:, 1:], cell[1:, :-1]
-    flip = (np.arange(columns - 1) < (columns - 1) // 2)[None, :] & np.ones((rows - 1, 1), bool)
-    right = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], 2)
-    left = np.stack([np.stack([a, b, d], -1), np.stack([b, c, d], -1)], 2)
-    face_uv = np.where(flip[:, :, None, None], left, right).reshape(-1, 3).astype(np.int32)
+    # All diagonals run one way: where they turned, normals would too, and show a crease.
+    face_uv = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], 2).reshape(-1, 3).astype(np.int32)
     u, v = np.meshgrid(np.linspace(MARGIN, 1 - MARGIN, columns), np.linspace(MARGIN, 1 - MARGIN, rows))
     welded = np.where(np.arange(rows * columns) % columns == columns - 1, np.arange(rows * columns) - columns + 1, 0)
     welded = np.where(np.arange(rows * columns) % columns == columns - 1, welded, np.arange(rows * columns))

@@ -39,8 +39,9 @@ def _block(half: Array) -> tuple[slice, slice]:
 
 def _ear(base: Array) -> Array:
     """The left ear over the head's surface ``(rows, columns, 3)``."""
-    t, s = np.meshgrid(np.linspace(-1, 1, base.shape[0]), np.linspace(-1, 1, base.shape[1]), indexing="ij")
-    ring = (np.abs(s) ** 3.2 + np.abs(t) ** 3.2) ** (1 / 3.2)
+    t, s = np.meshgrid(*map(_sides, base.shape[:2]), indexing="ij")
+    # Rings are squares of the grid, or the rim would cross its lines in a zigzag.
+    ring = np.maximum(np.abs(s), np.abs(t))
     angle = np.arctan2(t, s)
     climb = np.clip((ring - RIM) / (1 - RIM), 0, 1)[..., None]
     rim = _front(np.ones_like(ring), angle)
@@ -50,16 +51,14 @@ def _ear(base: Array) -> Array:
     under = rim + (1 - face) * (-0.16 * (rim - middle) - 0.5 * OUT) - face * 0.12 * OUT
     curl = rim + np.sin(np.pi / 2 * climb) * (under - rim)
     back = curl + _ramp(climb, 0.0, 1.0) * (base - curl)
-    ear = np.where((ring < RIM)[..., None], _front(np.minimum(ring / RIM, 1), angle), back)
-    return _softened(ear, np.exp(-(((ring - RIM) / 0.09) ** 2)))
+    return np.where((ring < RIM)[..., None], _front(np.minimum(ring / RIM, 1), angle), back)
 
 
-def _softened(ear: Array, weight: Array) -> Array:
-    """Round off the rim, which lies across the lines of the grid; ``weight`` ``(rows, columns)`` in [0, 1]."""
-    for _ in range(2):
-        mean = (ear[:-2, 1:-1] + ear[2:, 1:-1] + ear[1:-1, :-2] + ear[1:-1, 2:]) / 4
-        ear[1:-1, 1:-1] += weight[1:-1, 1:-1, None] * (mean - ear[1:-1, 1:-1])
-    return ear
+def _sides(count: int) -> Array:
+    """Where lines of a block lie, -1 to 1, one of them at the rim."""
+    even = np.linspace(-1, 1, count)
+    rim = even[np.abs(even - RIM).argmin()]
+    return np.interp(even, [-1, -rim, rim, 1], [-1, -RIM, RIM, 1])
 
 
 def _front(r: Array, angle: Array) -> Array:

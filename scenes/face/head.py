@@ -11,6 +11,8 @@ from facezip.machine.rows import map_rows
 from scenes.face.chart import azimuths, grid_topology, heights, rays
 from scenes.face.ears import graft_ears
 from scenes.face.features import Rows, cut_mouth, find_rows, open_eyes, warp_heights
+from scenes.face.profile import follow
+from scenes.face.relax import relax
 from scenes.face.sculpt import outermost
 
 FAR = 27.0
@@ -44,7 +46,10 @@ def build_head() -> Head:
     h, a = np.meshgrid(heights(), azimuths(), indexing="ij")
     rows = find_rows(h[:, 0])
     first = _surface(h, a)
-    positions = _surface(warp_heights(h, first[..., 0], rows), a)
+    warped = warp_heights(h, first[..., 0], rows)
+    positions = _surface(warped, a)
+    follow(positions, warped, a[0])
+    relax(positions)
     graft_ears(positions)
     open_eyes(positions, rows)
     cut_mouth(positions, rows)

@@ -77,7 +77,7 @@ def _neck(x: float, y: float, z: float) -> float:
     d = capsule(x, y, z, 0.0, -5.0, -2.6, 0.0, -20.0, -4.4, 5.1, 5.5)
     d = join(d, capsule(x, y, z, 6.0, -3.5, -1.6, 1.2, -17.5, 1.2, 0.9, 1.0), 2.4)
     d = join(d, ellipsoid(x, y, z, 0.0, -12.0, 1.4, 0.9, 1.4, 1.0), 2.0)
-    return join(d, capsule(x, y, z, 3.0, -14.0, -5.4, 10.0, -20.5, -5.2, 2.0, 2.4), 4.0)
+    return join(d, capsule(x, y, z, 3.0, -14.0, -5.4, 9.0, -20.5, -5.2, 2.0, 2.4), 4.0)
 
 
 @inner()
@@ -97,9 +97,11 @@ def _nose(d: float, x: float, y: float, z: float) -> float:
     d = join(d, ellipsoid(x, y, z, 0.0, -2.70, 9.98, 0.92, 0.78, 0.82), 0.6)
     d = join(d, ellipsoid(x, y, z, 1.30, -3.05, 8.90, 0.66, 0.66, 0.92), 0.45)
     d = join(d, capsule(x, y, z, 0.0, -3.15, 10.05, 0.0, -3.75, 8.9, 0.36, 0.40), 0.35)
-    # The groove behind the wing of the nose, and the nostril.
+    # From the tip to the wing runs the edge of the nostril.
+    d = join(d, capsule(x, y, z, 0.30, -3.15, 10.10, 1.40, -3.30, 9.10, 0.28, 0.34), 0.6)
+    # The groove behind the wing of the nose, and the nostril, which leads upwards.
     d = carve(d, capsule(x, y, z, 2.15, -2.35, 9.15, 2.45, -3.5, 8.75, 0.22, 0.22), 0.9)
-    return carve(d, ellipsoid(x, y, z, 0.70, -3.82, 9.40, 0.34, 0.40, 0.55), 0.28)
+    return carve(d, capsule(x, y, z, 0.46, -3.80, 9.62, 0.76, -3.64, 9.15, 0.17, 0.25), 0.45)
 
 
 @inner()
@@ -119,8 +121,9 @@ def distance(x: float, y: float, z: float) -> float:
     # A trace of asymmetry: no face is its own mirror image.
     x = x + 0.05 * np.sin(0.35 * y + 0.6) + 0.03 * np.sin(0.5 * z)
     y = y + 0.010 * x
-    side = abs(x)
-    d = join(_skull(side, y, z), _neck(side, y, z), 2.2)
+    # Rounded, or what lies on both sides would meet in a crease: in a broad one what is large.
+    side, broad = np.sqrt(x * x + 0.04), np.sqrt(x * x + 0.5)
+    d = join(_skull(broad, y, z), _neck(broad, y, z), 2.2)
     d = _mouth(d, side, y, z)
     d = _nose(d, side, y, z)
     return _eye(d, side, y, z)

@@ -1,4 +1,4 @@
-"""Pictures of the tutorial: the report, the page and the three.js head of a demo, as a browser shows them.
+"""Pictures of the report, the page, the viewer and the three.js head of a demo, as a browser shows them.
 
 python -m tests.browser.pictures out/demo docs
 """
@@ -11,12 +11,17 @@ from tempfile import TemporaryDirectory
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
+from facezip.character.loading import load_character
 from facezip.export import TARGETS
-from tests.browser.conftest import Viewer
+from tests.browser.conftest import Viewer, served
 from tests.conftest import CHROMIUM, FLAGS
 from tests.engines.godot import serving
 
 POSE = {"smile": 0.8, "brows_up": 0.6}
+# What the viewer shows: above with a line between original and pack, and what below.
+FROWN = {"frown": 1.0}
+BELOW = (("Clay", None), ("Flat", "normal"), ("Flat", "roughness"), ("Error", "normal"))
+LARGE = {"width": 1440, "height": 900}
 SIZE = {"width": 1200, "height": 820}
 WIDTH = 900
 # Of a page drawn in software.
@@ -57,6 +62,39 @@ def three(page, demo):
             page.wait_for_timeout(SETTLED_MS)
 
 
+def viewer(browser, demo, path):
+    """``facezip view`` with the scans: all maps under light, and below the head in other views."""
+    scans = load_character(demo / "character")
+    with served(demo / "character.facezip", scans) as address, browser.new_page(viewport=LARGE) as page:
+        page.goto(address)
+        shown = Viewer(page)
+        shown.slide(FROWN)
+        shown.choose("Side", "Wipe")
+        page.wait_for_timeout(SETTLED_MS)
+        window = Image.open(BytesIO(page.screenshot())).convert("RGB")
+        shown.choose("Side", "FaceZip")
+        views = []
+        for show, name in BELOW:
+            shown.choose("Show", show)
+            if name:
+                shown.choose("Map", name)
+            page.wait_for_timeout(SETTLED_MS)
+            views.append(_middle(Image.fromarray(shown.pixels()).convert("RGB"), LARGE["width"] // len(BELOW)))
+    whole = Image.new("RGB", (window.width, window.height + views[0].height))
+    whole.paste(window, (0, 0))
+    for n, view in enumerate(views):
+        whole.paste(view, (n * view.width, window.height))
+    whole.save(path, quality=80)
+
+
+def _middle(image, width):
+    """The middle of a picture, higher than wide, in this width."""
+    height = width * 5 // 4
+    across = image.height * width // height
+    left = (image.width - across) // 2
+    return image.crop((left, 0, left + across, image.height)).resize((width, height), Image.Resampling.LANCZOS)
+
+
 def main():
     """Take all of them."""
     demo, target = map(Path, sys.argv[1:3])
@@ -66,6 +104,7 @@ def main():
             with browser.new_page(viewport=SIZE) as page:
                 opened(page, demo)
                 save(page, target / f"{name}.webp")
+        viewer(browser, demo, target / "viewer.webp")
         browser.close()
 
 

@@ -104,6 +104,39 @@ def test_the_right_of_the_texture_is_the_left_of_the_character(renderer):
     assert np.argwhere(red)[:, 1].mean() > np.argwhere(green)[:, 1].mean() + 10
 
 
+@pytest.fixture(scope="module")
+def coarse(head):
+    """A renderer of a ball of radius 1, whose 23 sectors lie up to a hundredth inside of it."""
+    vertices = head[0] / np.linalg.norm(head[0], axis=1, keepdims=True)
+    renderer = PairedRenderer(head[1], frame_of(vertices), ["daylight"], "diffuse", 64)
+    renderer.pose(vertices)
+    return renderer
+
+
+# Rows of a picture of the ball without its poles, where many triangles meet.
+MIDDLE = slice(16, 48)
+
+
+def test_points_lie_about_the_smooth_surface_and_not_on_its_triangles(coarse):
+    """Shadows of triangles would show as teeth where light grazes the surface: shadow rays start above them."""
+    import drjit as dr
+    import mitsuba as mi
+
+    pixel = dr.arange(mi.UInt32, 64 * 64)
+    surface = coarse._points.met(coarse._rays(coarse._camera(FRONT), mi.Point2f(0.5), (0, 0, 64, 64), pixel))
+    radius = np.where(np.array(surface.is_valid()), np.array(dr.norm(surface.p)), np.nan).reshape(64, 64)[MIDDLE]
+    assert np.nanmin(radius) > 1 - 1e-3
+    assert np.nanmax(radius) < 1.03
+
+
+def test_outlines_are_not_black(coarse):
+    """There a normal turns away from the eye before its triangle does; light comes from everywhere."""
+    images = shade(coarse, [np.full((8, 8, 3), 0.7, np.float32)], FRONT, "daylight", 64, 0)
+    light, coverage = images.linear[0].mean(axis=2)[MIDDLE], images.coverage[MIDDLE]
+    lit = light[coverage > 0] / coverage[coverage > 0]
+    assert lit.min() > 0.01
+
+
 def bowl(vertices):
     """The ball with its front pushed in: a bowl in which light goes to and fro."""
     x, y, z = vertices.T

@@ -9,7 +9,7 @@ from facezip.character.raster import rasterise
 from scenes.face.chart import MARGIN
 from scenes.face.features import MOUTH_HALF_WIDTH, lip_line
 from scenes.face.head import build_head
-from scenes.face.sculpt import EYE
+from scenes.face.sculpt import EYE, distance
 
 
 @pytest.fixture(scope="module")
@@ -172,6 +172,36 @@ def test_lips_meet_and_hide_a_pocket(head):
     assert np.abs(upper[inside, 1] - lip_line(upper[inside, 0])).max() < 0.2
     pocket = grid[head.rows.lower_lip + 1 : head.rows.upper_lip][:, inside]
     assert (pocket[..., 2] < upper[inside, 2]).all()
+
+
+def test_rows_are_dense_where_rays_from_the_axis_graze_the_sculpt(head):
+    """Under the nose and under the chin, where heights alone would leave a centimetre and two without a vertex."""
+    grid = head.grid(head.vertices).astype(np.float64)
+    middle = np.abs(head.shape[1] // 2 - np.arange(head.shape[1])) < 12
+    steps = np.linalg.norm(np.diff(grid[:, middle], axis=0), axis=2)
+    y = (grid[1:, middle, 1] + grid[:-1, middle, 1]) / 2
+    assert steps[(y > -5) & (y < -2)].max() < 0.6
+    assert steps[(y > -12.5) & (y < -8)].max() < 1.0
+
+
+def test_vertices_of_the_face_lie_on_the_sculpt(head):
+    """Whatever moved them along it; eyes, mouth and ears are no part of it."""
+    points = head.vertices.astype(np.float64)
+    x, y, z = np.abs(points[:, 0]), points[:, 1], points[:, 2]
+    face = (x < 4) & (z > 0) & (((y > -5) & (y < -0.8)) | ((y > -16) & (y < -7.3)))
+    assert face.sum() > 3000
+    assert max(abs(distance(*point)) for point in points[face]) < 2e-3
+
+
+def test_the_rim_of_the_ear_follows_the_lines_of_the_grid(head):
+    """It would be seen as a zigzag: the outline of the right one bends from row to row by a few degrees."""
+    grid = head.grid(head.vertices).astype(np.float64)
+    rim = grid[np.arange(head.shape[0]), grid[..., 0].argmin(axis=1)]
+    rim = rim[(rim[:, 1] > -0.9) & (rim[:, 1] < 1.1)]
+    turns = np.diff(rim, axis=0)
+    turns /= np.linalg.norm(turns, axis=1, keepdims=True)
+    assert len(rim) > 15
+    assert np.einsum("ij,ij->i", turns[1:], turns[:-1]).min() > 0.99
 
 
 def test_neck_ends_in_a_clean_cut(head):

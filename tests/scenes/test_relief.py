@@ -66,6 +66,6 @@ def test_oil_and_moisture_shine():
 
 
 def test_light_stays_in_nostrils_and_between_the_lips():
-    assert hollow(0.7, -3.86, 9.6) > 0.8
+    assert hollow(0.64, -3.7, 9.3) > 0.8
     assert hollow(0.0, -6.09, 9.5) > 0.5
     assert hollow(4.6, -4.4, 7.5) == 0

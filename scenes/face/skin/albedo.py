@@ -10,7 +10,7 @@ from scenes.face.skin.eye import EYE_X, paint_eye
 from scenes.face.skin.mouth import paint_mouth
 from scenes.face.skin.noise import cells, fractal, smooth, value_noise
 from scenes.face.skin.sampling import TexelGrid, at_texel
-from scenes.face.skin.zones import beard, bump, lips, pore_size, redness, scalp
+from scenes.face.skin.zones import beard, bump, from_nostril, lips, pore_size, redness, scalp
 from scenes.face.traits import Traits
 
 
@@ -44,7 +44,7 @@ def _paint(
             if z > 4:
                 if rows.lower_lid - 1.2 < row < rows.upper_lid + 1.2 and abs(abs(x) - EYE_X) < LID_HALF_WIDTH:
                     paint_eye(x, y, z, row, rows, texels.texel, person, colour)
-                    lash = 0.45
+                    lash = 0.3
                 if rows.lower_lip < row < rows.upper_lip and abs(x) < MOUTH_HALF_WIDTH * 0.995:
                     paint_mouth(x, y, z, row - rows.lower_lip, person.seed, colour)
             for c in range(3):
@@ -173,8 +173,7 @@ def _hollows(x: float, y: float, z: float, colour: NDArray[np.float64]) -> None:
     """Cavities keep their shade in every capture: nostrils, the crease of the lid, the line of the lips."""
     if z < 5:
         return
-    nostril = np.sqrt(((abs(x) - 0.70) / 0.46) ** 2 + ((y + 3.86) / 0.36) ** 2)
-    darken(colour, 0.72 * smooth(1.25, 0.45, nostril) * smooth(10.2, 9.7, z), 0.88, 1.08, 1.08)
+    darken(colour, 0.72 * smooth(1.25, 0.7, from_nostril(x, y, z)), 0.88, 1.08, 1.08)
     crease = y - (1.42 - 0.10 * (abs(x) - 3.1) ** 2)
     darken(colour, 0.15 * np.exp(-((crease / 0.075) ** 2)) * smooth(1.65, 1.0, abs(abs(x) - 3.2)), 0.75, 1.1, 1.1)
     line = abs(y + 6.09) + 0.25 * max(abs(x) - 2.3, 0.0)

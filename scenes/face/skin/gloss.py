@@ -1,10 +1,8 @@
 """How skin shines, by its zones: roughness and specular of the neutral, and the hollows that keep light in."""
 
-import numpy as np
-
 from facezip.machine.kernels import kernel
 from scenes.face.skin.noise import fractal, smooth
-from scenes.face.skin.zones import bump, lips
+from scenes.face.skin.zones import bump, from_nostril, lips
 
 # Roughness and specular of what is wet: eyes; teeth and the inside of the mouth.
 EYE, MOUTH = (0.20, 0.36), (0.22, 0.40)
@@ -39,8 +37,7 @@ def hollow(x: float, y: float, z: float) -> float:
     """What the hollows of the face keep of a highlight, 0..1: nostrils, the line of the lips, the crease of the lid."""
     if z < 5:
         return 0.0
-    nostril = np.sqrt(((abs(x) - 0.70) / 0.46) ** 2 + ((y + 3.86) / 0.36) ** 2)
-    kept = 0.85 * smooth(1.25, 0.6, nostril) * smooth(10.2, 9.7, z)
+    kept = 0.85 * smooth(1.35, 0.7, from_nostril(x, y, z))
     line = abs(y + 6.09) + 0.25 * max(abs(x) - 2.3, 0.0)
     kept = max(kept, 0.55 * smooth(0.16, 0.0, line) * smooth(2.75, 2.3, abs(x)))
     crease = abs(y - (1.42 - 0.10 * (abs(x) - 3.1) ** 2))

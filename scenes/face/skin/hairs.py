@@ -110,12 +110,16 @@ def _growth(
 
 @kernel()
 def _lashes(texels: TexelGrid, rows: Rows, side: float, person: Traits, cover: NDArray[np.float32]) -> None:
-    """Two rows of lashes on the margins of one eye; from the front they fan out, and are seen foreshortened."""
+    """Two rows of lashes on the margins of one eye: they stand out from it, so that they are seen foreshortened.
+
+    The upper ones are so dense that from the front they hide the margin, and reach up over the lid; the lower ones
+    are few.
+    """
     p, way = np.empty(3), np.empty(3)
     share = min(1.0, FINE / texels.texel)
     for upper in range(2):
-        margin = rows.upper_lid + 0.10 if upper else rows.lower_lid - 0.15
-        count = int((170 if upper else 95) * share)
+        margin = rows.upper_lid - 0.35 if upper else rows.lower_lid - 0.10
+        count = int((230 if upper else 80) * share)
         for n in range(count):
             luck = hashed(n, upper, 1, person.seed + 521), hashed(n, upper, int(side), person.seed + 523)
             s = (n + luck[0]) / count * 1.84 - 0.92
@@ -125,9 +129,9 @@ def _lashes(texels: TexelGrid, rows: Rows, side: float, person: Traits, cover: N
             # Lashes grow in groups, and longest towards the temple.
             group = 0.5 * value_noise(n * 0.31 / share, upper * 5.0, side, person.seed + 527)
             way[0], way[1], way[2] = side * (0.75 * s + 0.12 + group), lift, 0.0
-            length = (0.15 if upper else 0.10) * (0.6 + 0.4 * luck[1]) * (1 + 0.25 * s) * (1 + 0.3 * person.female)
+            length = (0.27 if upper else 0.15) * (0.45 + 0.55 * luck[1]) * (1 + 0.3 * s) * (1 + 0.3 * person.female)
             root = margin + 0.35 * lift * (luck[1] - 0.5)
-            stroke(texels, root, column, way, length, 0.35 * side * s, 0.0135 / share, cover)
+            stroke(texels, root, column, way, length, -0.6 * side * s, (0.012 if upper else 0.009) / share, cover)
 
 
 @inner()

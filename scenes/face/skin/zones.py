@@ -25,6 +25,12 @@ def lips(x: float, y: float, z: float) -> float:
 
 
 @kernel()
+def from_nostril(x: float, y: float, z: float) -> float:
+    """How far into a nostril a point lies: 0 in its middle, 1 about where its wall begins."""
+    return np.sqrt(((abs(x) - 0.64) / 0.34) ** 2 + ((y + 3.66) / 0.30) ** 2 + ((z - 9.35) / 0.48) ** 2)
+
+
+@kernel()
 def ear(x: float, y: float, z: float) -> float:
     """The ears, 0..1."""
     away = np.sqrt(((y - 0.05) / 3.5) ** 2 + ((z + 2.9) / 2.3) ** 2)
