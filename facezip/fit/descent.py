@@ -20,14 +20,20 @@ from facezip.fit.weights import Moves
 from facezip.machine.kernels import kernel
 from facezip.machine.rows import by_rows, map_rows
 
-# Of weight texels, each way.
-TILE = 4
+# Weight texels of a tile each way: as many as make so many tiles of a map, and few texels beside a tile to look at.
+ACROSS = 16
+LEAST = 4
 # Of tiles, that an alternation takes once all have been taken so many times; of few tiles it takes all.
 SHARE = 0.15
 WHOLE = 3
 MANY = 64
 # What such an alternation costs beside one of all texels: its tiles' neighbours have to be looked at, too.
-COST = 0.2
+COST = 0.25
+
+
+def tile_of(shape: tuple[int, ...]) -> int:
+    """The side of a tile of weights ``(h, R, N, w)``."""
+    return max(LEAST, -(-max(shape[0], shape[3]) // ACROSS))
 
 
 class Descent:
@@ -45,14 +51,16 @@ class Descent:
         high = np.full(start.shape[1:3], np.inf, np.float32)
         bounds = (-high, high) if limits is None else (limits.low, limits.high)
         self._bounds = np.ascontiguousarray(bounds[0]), np.ascontiguousarray(bounds[1])
-        tiles = -(-len(start) // TILE), -(-start.shape[3] // TILE)
+        self._tile = tile_of(start.shape)
+        tiles = -(-len(start) // self._tile), -(-start.shape[3] // self._tile)
         self._ages = np.zeros(tiles, np.float32)
         self._gains = np.full(tiles, np.inf)
 
     @staticmethod
     def steps(shape: tuple[int, ...], alternations: int) -> int:
         """How many calls of :meth:`ahead` cost as much as so many alternations of all texels of ``(h, R, N, w)``."""
-        if (shape[0] // TILE) * (shape[3] // TILE) < MANY or alternations <= WHOLE:
+        tile = tile_of(shape)
+        if -(-shape[0] // tile) * -(-shape[3] // tile) < MANY or alternations <= WHOLE:
             return alternations
         return WHOLE + round((alternations - WHOLE) / COST)
 
@@ -65,7 +73,7 @@ class Descent:
 
     def settle(self, moves: Moves) -> None:
         """Take notice of what was gained."""
-        taken = moves.moving[::TILE, ::TILE]
+        taken = moves.moving[:: self._tile, :: self._tile]
         past = self._by_tile(moves.along) < 0
         self._ages[taken] = np.where(past, 0, self._ages + 1)[taken]
         self._gains[taken] = self._by_tile(moves.gains)[taken]
@@ -83,11 +91,11 @@ class Descent:
 
     def _spread(self, tiles: NDArray[Any]) -> NDArray[Any]:
         h, w = len(self.weights), self.weights.shape[3]
-        return np.ascontiguousarray(tiles.repeat(TILE, axis=0).repeat(TILE, axis=1)[:h, :w])
+        return np.ascontiguousarray(tiles.repeat(self._tile, axis=0).repeat(self._tile, axis=1)[:h, :w])
 
     def _by_tile(self, texels: NDArray[np.float32]) -> NDArray[np.float64]:
-        rows = np.add.reduceat(texels, np.arange(0, len(texels), TILE), axis=0, dtype=np.float64)
-        return np.add.reduceat(rows, np.arange(0, rows.shape[1], TILE), axis=1)
+        rows = np.add.reduceat(texels, np.arange(0, len(texels), self._tile), axis=0, dtype=np.float64)
+        return np.add.reduceat(rows, np.arange(0, rows.shape[1], self._tile), axis=1)
 
 
 @kernel()

@@ -10,6 +10,8 @@ from facezip.fit.refine import fit_weights
 from facezip.fit.sweep import weight_system
 from tests.facezip.conftest import random_character, with_albedo
 
+TILE = rules.tile_of((40, 2, 3, 36))
+
 
 def start_of(h=40, w=36, seed=0):
     return np.random.default_rng(seed).normal(size=(h, 2, 3, w)).astype(np.float32)
@@ -25,11 +27,11 @@ def settled(descent, gains, along=1.0):
 
 
 def test_all_move_at_first_and_then_those_that_gained_most():
-    descent, (rows, columns) = Descent(start_of()), np.mgrid[:40, :36] // rules.TILE
+    descent, (rows, columns) = Descent(start_of()), np.mgrid[:40, :36] // TILE
     gains = 1.0 + 9 * columns + rows
     assert all(settled(descent, gains).all() for _ in range(rules.WHOLE))
     moving = settled(descent, gains)
-    count = int(rules.SHARE * 90) * rules.TILE**2
+    count = int(rules.SHARE * 90) * TILE**2
     np.testing.assert_array_equal(moving, gains > np.sort(gains.ravel())[-count - 1])
 
 
