@@ -28,7 +28,8 @@ def test_a_part_of_the_table_holds_and_all_of_its_lines_are_published():
     made, published = lines(done.stdout), lines(SECURITY.read_text("utf-8"))
     assert [line for line in made if line not in published] == []
     if "  skip  " not in done.stdout:
-        assert [line for line in published if line not in made] == []
+        # Pages that are rendered for are of the whole table alone.
+        assert [line for line in published if line not in made and not line.startswith("page of ")] == []
 
 
 def lines(table):
