@@ -28,24 +28,26 @@ def _start(context: Any, builder: Any, kind: Any, args: Any, numbers: Any) -> An
     return builder.bitcast(builder.gep(array.data, [args[1]]), numbers.as_pointer())
 
 
-@intrinsic
-def split_texels(typing: Any, texels: Any, at: Any, out: Any, to: Any, apart: Any) -> Any:
-    """Sixteen texels of three numbers each, which lie side by side from number ``at`` on, one channel after the other:
-    to number ``to`` of an array of the same type, and each channel ``apart`` from the last.
+@intrinsic(prefer_literal=True)
+def split_texels(typing: Any, texels: Any, at: Any, channels: Any, out: Any, to: Any, apart: Any) -> Any:
+    """Sixteen texels that lie side by side from number ``at`` on, one channel after the other: to number ``to`` of an
+    array of the same type, and each channel ``apart`` from the last. How many ``channels`` there are is a constant.
     """
+    count = channels.literal_value
 
     def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         number, size = context.get_data_type(signature.args[0].dtype), signature.args[0].dtype.bitwidth // 8
-        kind, one = ir.VectorType(number, 3 * LANES), ir.VectorType(number, LANES)
+        kind, one = ir.VectorType(number, count * LANES), ir.VectorType(number, LANES)
         numbers = builder.load(_start(context, builder, signature.args[0], args, kind), align=size)
-        to = args[3]
-        for c in range(3):
-            channel = _shuffled(builder, numbers, ir.Constant(kind, ir.Undefined), range(c, 3 * LANES, 3))
-            builder.store(channel, _start(context, builder, signature.args[2], [args[2], to], one), align=size)
-            to = builder.add(to, args[4])
+        to = args[4]
+        for c in range(count):
+            places = range(c, count * LANES, count)
+            channel = _shuffled(builder, numbers, ir.Constant(kind, ir.Undefined), places)
+            builder.store(channel, _start(context, builder, signature.args[3], [args[3], to], one), align=size)
+            to = builder.add(to, args[5])
         return context.get_dummy_value()
 
-    return types.void(texels, types.intp, out, types.intp, types.intp), code
+    return types.void(texels, types.intp, channels, out, types.intp, types.intp), code
 
 
 @intrinsic

@@ -116,7 +116,7 @@ def _copy(
     """Of so many textures ``(H, W, C)`` one after the other, from place ``begin`` of the tile on."""
     (_, strips, every, channels, _), line = tile.shape, _LINE // tile.itemsize
     # Lines begin anywhere.
-    lines = WIDE * channels // line + 1
+    lines, flat, whole = WIDE * channels // line + 1, tile.reshape(-1), left + WIDE <= width
     for y in range(top, bottom):
         for n in range(count):
             later, row = (n + AHEAD, y) if n + AHEAD < count else (n + AHEAD - count, y + 1)
@@ -126,10 +126,12 @@ def _copy(
             at = ((n * height + y) * width + left) * channels
             for s in range(strips):
                 there = (((y - top) * strips + s) * every + begin + n) * channels * LANES
-                if channels == 3 and left + WIDE <= width:
-                    split_texels(texels, at, tile, there, LANES)
+                if channels == 3 and whole:
+                    split_texels(texels, at, 3, flat, there, LANES)
+                elif channels == 1 and whole:
+                    split_texels(texels, at, 1, flat, there, LANES)
                 else:
-                    _copy_strip(texels, at, width - left - s * LANES, channels, there, tile.reshape(-1))
+                    _copy_strip(texels, at, width - left - s * LANES, channels, there, flat)
                 at += channels * LANES
 
 
@@ -210,7 +212,7 @@ def read_textures(
     for i in range(slot, slots):
         if channels == 3 and left + LANES <= width:
             there = ((row * padded + i) * columns + padded) * LANES
-            split_texels(textures, ((i * height + y) * width + left) * 3, normal, there, LANES)
+            split_texels(textures, ((i * height + y) * width + left) * 3, 3, normal, there, LANES)
         else:
             for c in range(channels):
                 for x in range(LANES):

@@ -23,7 +23,12 @@ def _maximum(numbers):
 
 @kernel()
 def _split(texels, at, out):
-    split_texels(texels, at, out, LANES, 2 * LANES)
+    split_texels(texels, at, 3, out, LANES, 2 * LANES)
+
+
+@kernel()
+def _copied(texels, at, out):
+    split_texels(texels, at, 1, out, LANES, 0)
 
 
 @kernel()
@@ -62,6 +67,13 @@ def test_texels_come_apart_into_channels(dtype):
     out = np.zeros((6, LANES), dtype)
     _split(texels, 3 * 21, out)
     np.testing.assert_array_equal(out[1::2], texels[1, 1 : 1 + LANES].T)
+    assert not out[::2].any()
+
+
+def test_texels_of_one_channel_are_copied():
+    texels, out = np.arange(40, dtype=np.uint8), np.zeros((3, LANES), np.uint8)
+    _copied(texels, 21, out)
+    np.testing.assert_array_equal(out[1], texels[21 : 21 + LANES])
     assert not out[::2].any()
 
 
