@@ -1,12 +1,9 @@
 """Work over the rows of a texture on all cores, with results that do not depend on how many cores there are."""
 
-import os
 from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from concurrent.futures import ThreadPoolExecutor
 from itertools import islice
-from threading import local
 from typing import Any, TypeVar
 
 import numpy as np
@@ -19,13 +16,6 @@ Result = TypeVar("Result")
 
 # Fixed, so that sums over blocks are taken in the same order on every machine.
 BLOCK = 32
-
-# Kept from call to call: starting threads takes longer than what is to be done for a small grid.
-_pools: dict[int, ThreadPoolExecutor] = {}
-_thread = local()
-if hasattr(os, "register_at_fork"):
-    # A forked process has none of its parent's threads.
-    os.register_at_fork(after_in_child=_pools.clear)
 
 
 def each_block(work: Callable[[int, int], Result], height: int) -> Iterator[Result]:
@@ -44,28 +34,11 @@ def each_block(work: Callable[[int, int], Result], height: int) -> Iterator[Resu
         yield block(0)
         return
     threads, tops = cores(), iter(range(0, height, BLOCK))
-    with _pool(threads) as pool:
+    with ThreadPoolExecutor(threads) as pool:
         waiting = deque(pool.submit(block, top) for top in islice(tops, 2 * threads))
-        try:
-            while waiting:
-                yield waiting.popleft().result()
-                waiting.extend(pool.submit(block, top) for top in islice(tops, 1))
-        finally:
-            for future in waiting:
-                future.cancel()
-            wait(waiting)
-
-
-@contextmanager
-def _pool(threads: int) -> Iterator[ThreadPoolExecutor]:
-    """The threads of this process; others for work within one of them, which might wait for itself."""
-    if getattr(_thread, "is_pooled", False):
-        with ThreadPoolExecutor(threads) as pool:
-            yield pool
-        return
-    if threads not in _pools:
-        _pools[threads] = ThreadPoolExecutor(threads, initializer=setattr, initargs=(_thread, "is_pooled", True))
-    yield _pools[threads]
+        while waiting:
+            yield waiting.popleft().result()
+            waiting.extend(pool.submit(block, top) for top in islice(tops, 1))
 
 
 def map_rows(work: Callable[[int, int], Result], height: int) -> list[Result]:

@@ -1,11 +1,9 @@
-import time
-
 import numpy as np
 import pytest
 
 from facezip import compress
 from facezip.fit.methods import METHODS
-from facezip.machine.rows import each_block, map_rows, sum_rows
+from facezip.machine.rows import map_rows, sum_rows
 from tests.facezip.conftest import part_of, random_character, weights_of
 
 
@@ -24,26 +22,6 @@ def test_a_sum_over_rows_is_the_sum_of_its_blocks():
 def test_a_failure_in_a_block_reaches_the_caller():
     with pytest.raises(ZeroDivisionError):
         map_rows(lambda top, bottom: 1 // (top - 32), 100)
-
-
-def test_blocks_may_be_worked_in_blocks_of_their_own():
-    inner = map_rows(lambda top, bottom: sum(map_rows(lambda first, last: last - first, 32 * (bottom - top))), 100)
-    assert inner == [1024, 1024, 1024, 128]
-
-
-def test_who_stops_reading_waits_for_what_has_begun():
-    running = []
-
-    def block(top, bottom):
-        running.append(top)
-        time.sleep(0.01)
-        running.remove(top)
-        return top
-
-    blocks = each_block(block, 320)
-    assert next(blocks) == 0
-    blocks.close()
-    assert not running
 
 
 @pytest.mark.parametrize("method", METHODS)
