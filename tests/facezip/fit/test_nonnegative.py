@@ -13,17 +13,12 @@ from facezip.fit.weights import Moves
 from facezip.pack.quantise import quantise
 from tests.facezip.conftest import part_of, principal_components, random_character, refine, rmse, weights_of
 from tests.facezip.fit.test_sweep import pixels, random_weights, upsampling
+from tests.facezip.fit.test_weights import product
 
 
 def explained_by(system, weights):
     """How much lower the squared error is than with all weights zero."""
-    h, _, _, w = weights.shape
-    padded = np.pad(weights.astype(float), ((1, 1), (0, 0), (0, 0), (1, 1)))
-    product = sum(
-        np.einsum("hijw,hjnw->hinw", system.matrix[:, :, :, q], padded[q // 3 : q // 3 + h, :, :, q % 3 : q % 3 + w])
-        for q in range(9)
-    )
-    return float((weights * (2 * system.right - product)).sum())
+    return float((weights * (2 * system.right - product(system.matrix, weights))).sum())
 
 
 def added(character, differences=3, **options):

@@ -24,6 +24,14 @@ def random_system(h=4, w=5, slots=2, count=3, seed=0):
     return system, dense.reshape(h * w * slots, -1)
 
 
+def product(matrix, weights):
+    """A·x of couplings ``(h, R, R, 9, w)`` and weights ``(h, R, N, w)``."""
+    h, _, _, w = weights.shape
+    near = np.pad(weights.astype(float), ((1, 1), (0, 0), (0, 0), (1, 1)))
+    cells = (near[q // 3 : q // 3 + h, :, :, q % 3 : q % 3 + w] for q in range(9))
+    return sum(np.einsum("hijw,hjnw->hinw", matrix[:, :, :, q], cell) for q, cell in enumerate(cells))
+
+
 def flat(weights):
     return weights.transpose(0, 3, 1, 2).reshape(-1, weights.shape[2]).astype(float)
 
