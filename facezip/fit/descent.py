@@ -44,8 +44,8 @@ class Descent:
     weights : ``(h, R, N, w)``, changed in place.
     """
 
-    def __init__(self, start: NDArray[np.float32], limits: Limits | None = None) -> None:
-        """``limits`` bound where momentum leads; what is held has none."""
+    def __init__(self, start: NDArray[np.float32], limits: Limits | None = None, choosing: bool = True) -> None:
+        """``limits`` bound where momentum leads; what is held has none. Not ``choosing``, all weights always move."""
         self.weights = by_rows(lambda rows: start[rows], start.shape, np.float32)
         self._before = by_rows(lambda rows: start[rows], start.shape, np.float32)
         high = np.full(start.shape[1:3], np.inf, np.float32)
@@ -53,14 +53,12 @@ class Descent:
         self._bounds = np.ascontiguousarray(bounds[0]), np.ascontiguousarray(bounds[1])
         self._tile = tile_of(start.shape)
         tiles = -(-len(start) // self._tile), -(-start.shape[3] // self._tile)
-        self._ages = np.zeros(tiles, np.float32)
-        self._gains = np.full(tiles, np.inf)
+        self._ages, self._gains = np.zeros(tiles, np.float32), np.zeros(tiles)
+        self._chooses, self._taken_whole = choosing and self._gains.size >= MANY, 0
 
-    @staticmethod
-    def steps(shape: tuple[int, ...], alternations: int) -> int:
-        """How many calls of :meth:`ahead` cost as much as so many alternations of all texels of ``(h, R, N, w)``."""
-        tile = tile_of(shape)
-        if -(-shape[0] // tile) * -(-shape[3] // tile) < MANY or alternations <= WHOLE:
+    def steps(self, alternations: int) -> int:
+        """How many calls of :meth:`ahead` cost as much as so many alternations of all texels."""
+        if not self._chooses or alternations <= WHOLE:
             return alternations
         return WHOLE + round((alternations - WHOLE) / COST)
 
@@ -79,7 +77,8 @@ class Descent:
         self._gains[taken] = self._by_tile(moves.gains)[taken]
 
     def _taken(self) -> NDArray[np.bool_]:
-        if self._gains.size < MANY or np.isinf(self._gains).any() or self._ages.max() < WHOLE:
+        if not self._chooses or self._taken_whole < WHOLE:
+            self._taken_whole += 1
             return np.ones(self._gains.shape, np.bool_)
         first = np.argsort(-self._gains, axis=None, kind="stable")[: int(SHARE * self._gains.size)]
         taken = np.zeros(self._gains.shape, np.bool_)

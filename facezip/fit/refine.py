@@ -120,9 +120,9 @@ class _Fit:
     def alternated(self, weights: NDArray[np.float32], limits: Limits | None = None) -> NDArray[np.float32]:
         """Textures and weights in turn, from ``weights``."""
         count, unit = alternations(self.maps[0].importance.size, self.effort), 0.0
-        descent = Descent(weights, limits)
         # Around what is locked textures are solved whole, which no choice of texels would shorten.
-        steps = count if self.textures else Descent.steps(weights.shape, count)
+        descent = Descent(weights, limits, choosing=not self.textures)
+        steps = descent.steps(count)
         for _ in track(range(steps), "Refining", steps):
             moves = descent.ahead()
             system = self.system(descent.weights, moves.moving)

@@ -46,7 +46,32 @@ def test_every_tile_has_its_turn_while_it_has_something_to_gain():
 def test_tiles_that_are_few_move_together():
     descent = Descent(start_of(20, 20))
     assert all(settled(descent, np.arange(400.0).reshape(20, 20)).all() for _ in range(9))
-    assert Descent.steps((20, 2, 3, 20), 24) == 24
+    assert descent.steps(24) == 24
+
+
+def test_all_move_where_nothing_is_to_be_chosen():
+    descent = Descent(start_of(), choosing=False)
+    assert all(settled(descent, np.arange(1440.0).reshape(40, 36)).all() for _ in range(9))
+    assert descent.steps(24) == 24 < Descent(start_of()).steps(24)
+
+
+def test_a_fit_around_a_locked_texture_takes_all_texels(monkeypatch):
+    """They are solved whole, so that choosing some would lose what the others gain."""
+    samples = samples_of(random_character(side=256, expressions=4).first)
+    moved, ahead = [], Descent.ahead
+
+    def noticed(descent):
+        moves = ahead(descent)
+        moved.append(moves.moving.mean())
+        return moves
+
+    monkeypatch.setattr(Descent, "ahead", noticed)
+    monkeypatch.setattr("facezip.fit.refine.alternations", lambda *_: 6)
+    layer = np.full(samples.neutral.shape, 0.1, np.float32)
+    fit_weights([samples], 2, 8, locked=[{0: layer}])
+    # The fit without that slot chooses; the one around it does not.
+    assert moved[-6:] == [1] * 6
+    assert min(moved) < 1
 
 
 def test_momentum_is_nesterovs_and_forgotten_where_it_led_past_the_goal():
