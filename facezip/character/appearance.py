@@ -3,7 +3,7 @@
 Such a texture is read, and compressed, as any other. So it is asked about.
 """
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,6 @@ from facezip.character.alignment import DARK, reduced
 from facezip.character.maps import ALBEDO, Key
 from facezip.character.notes import Note
 from facezip.character.scans import Character, Stack
-from facezip.character.sizes import PLACEHOLDER
 
 # Of the range of texels: means of blocks that differ by less are one value.
 ONE_VALUE = 1 / 1024
@@ -21,15 +20,20 @@ ONE_VALUE = 1 / 1024
 BLACK = 1 / 255
 
 
-def seen(character: Character) -> tuple[Note, ...]:
+def seen(character: Character, placeholders: Container[tuple[str, Key]] = ()) -> tuple[Note, ...]:
     """Notes on textures of expressions that are of one value, or turned; none where the neutral's is of one value.
 
-    Of placeholders all is said already.
+    Parameters
+    ----------
+    character : whose.
+    placeholders : the textures, by expression and key, of which it is said already that they are of one value.
     """
-    return tuple(note for key, stack in character.stacks.items() for note in _of_stack(character, key, stack))
+    return tuple(
+        note for key, stack in character.stacks.items() for note in _of_stack(character, key, stack, placeholders)
+    )
 
 
-def _of_stack(character: Character, key: Key, stack: Stack) -> Iterator[Note]:
+def _of_stack(character: Character, key: Key, stack: Stack, placeholders: Container[tuple[str, Key]]) -> Iterator[Note]:
     factor = -(-max(stack.resolution) // features.SIDE)
     neutral = _small(stack.neutral, stack.scale, factor)
     if np.ptp(neutral) < ONE_VALUE:
@@ -39,17 +43,13 @@ def _of_stack(character: Character, key: Key, stack: Stack) -> Iterator[Note]:
     for n, name in enumerate(character.expressions):
         other = _small(stack.textures[n], stack.scale, factor)
         if np.ptp(other) < ONE_VALUE:
-            if not _is_placeholder(character, name):
+            if (name, key) not in placeholders:
                 colour = "black" if map == ALBEDO and other.max() <= BLACK else "of one value"
                 words = f"its {where} is {colour} everywhere, and the neutral's is not; is it the right file?"
                 yield Note(name, words, asks=True)
         elif map == ALBEDO and (how := features.turned(*(np.log(each + DARK) for each in (neutral, other)))):
             words = f"its {where} is {how} against the neutral's; turn the image, or export it again"
             yield Note(name, words, asks=True)
-
-
-def _is_placeholder(character: Character, name: str) -> bool:
-    return any(PLACEHOLDER in note.words and name in note.file for note in character.notes)
 
 
 def _small(texels: NDArray[np.generic], scale: np.float32, factor: int) -> NDArray[np.float32]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from facezip.character import appearance
 from facezip.character.filenames import MASK
 from facezip.character.folder_meshes import FolderMeshes
 from facezip.character.layout import Layout, MapFiles, read_layout
@@ -50,7 +51,14 @@ def load_folder(
     sizes = read_sizes(layout)
     count = (1 + len(layout.expressions)) * (1 + len(layout.maps) * len(layout.tiles))
     with ThreadPoolExecutor(cores()) as pool, task("Reading the character", count) as done:
-        return _Loading(layout, sizes, pool, done).character(settings.placement)
+        character = _Loading(layout, sizes, pool, done).character(settings.placement)
+    placeholders = {
+        (name, (how.kind.name, tile))
+        for how in layout.maps
+        for (name, tile), path in how.files.items()
+        if path in sizes.constants
+    }
+    return replace(character, notes=(*character.notes, *appearance.seen(character, placeholders)))
 
 
 def save_folder(character: Character, folder: Path) -> None:

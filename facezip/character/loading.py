@@ -59,15 +59,12 @@ def read_character(
         gltf = gltf_at(path)
         settings = read_settings(gltf.parent if gltf else path)
         if gltf is None:
-            character = load_folder(path, settings, keep_floats, maps, fewest)
-        else:
-            name = printable(path.resolve().name if path.is_dir() else path.stem)
-            character = load_gltf(gltf, name, settings.part, maps, fewest)
-            check_digits(gltf, character.meshes.neutral, character.meshes.topology)
-            meshes, notes = placed(character.meshes, character.expressions, settings.placement, path)
-            character = replace(character, meshes=meshes, notes=(*character.notes, *notes))
-    found = seen(character)
-    return replace(character, notes=(*character.notes, *found)) if found else character
+            return load_folder(path, settings, keep_floats, maps, fewest)
+        name = printable(path.resolve().name if path.is_dir() else path.stem)
+        character = load_gltf(gltf, name, settings.part, maps, fewest)
+        check_digits(gltf, character.meshes.neutral, character.meshes.topology)
+        meshes, notes = placed(character.meshes, character.expressions, settings.placement, path)
+        return replace(character, meshes=meshes, notes=(*character.notes, *notes, *seen(character)))
 
 
 def save_character(character: Character, path: str | Path) -> None:

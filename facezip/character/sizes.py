@@ -22,8 +22,6 @@ SPARE = 2**32
 # The side below which a texture is none: too small for weight maps, and for blocks of engines.
 LEAST_SIDE = 4
 
-PLACEHOLDER = "of one value; taken for that constant"
-
 Size = tuple[int, int]
 
 
@@ -83,7 +81,7 @@ def add_size(
             refuse(_differs(each, facts, size))
             continue
         sizes.constants.add(each.path)
-        words = f"{words_for(each.size)} {PLACEHOLDER}, {words_for(size)}"
+        words = f"{words_for(each.size)} of one value; taken for that constant, {words_for(size)}"
         asks = how.kind.name == ALBEDO or len(others) < len(facts)
         sizes.notes.append(layout.note(each.path, words, asks))
     return size

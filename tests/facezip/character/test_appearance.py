@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 
 from facezip.character.appearance import seen
 from facezip.character.features import FLIPS
-from facezip.character.loading import load_character
+from facezip.character.loading import load_character, save_character
 from facezip.character.tiles import FIRST_TILE
+from facezip.files.images import write_texture
 from scenes.character import make_character
 from scenes.tiles import in_tiles
 
@@ -76,3 +77,14 @@ def test_what_is_turned_on_one_of_several_tiles_is_told_with_its_tile(people):
     character = in_tiles(people[1], 2, 1)
     (note,) = seen(changed(character, 4, lambda texels: texels[::-1], tile=1002))
     assert "albedo on tile 1002 is upside down" in note.words
+
+
+@pytest.mark.parametrize("placeholder", ["smile.roughness.png", "smile_wide.png"])
+def test_a_placeholder_excuses_no_other_texture(tmp_path, placeholder):
+    character = make_character(64, 2, maps=("roughness",))
+    character = replace(character, expressions=("smile", "smile_wide"))
+    save_character(changed(character, 0, np.zeros_like), tmp_path / "scans")
+    write_texture(tmp_path / "scans" / placeholder, np.full((1, 1, 1), 90, np.uint8))
+    notes = {note.file: note.words for note in load_character(tmp_path / "scans").notes if note.asks}
+    assert {*notes} == {"smile", placeholder}
+    assert notes["smile"].startswith("its albedo is black everywhere")
