@@ -66,7 +66,7 @@ def grid_topology(rows: int = ROWS, columns: int = COLUMNS) -> Topology:
     # All diagonals run one way: where they turned, normals would too, and show a crease.
     face_uv = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], 2).reshape(-1, 3).astype(np.int32)
     u, v = np.meshgrid(np.linspace(MARGIN, 1 - MARGIN, columns), np.linspace(MARGIN, 1 - MARGIN, rows))
-    welded = np.where(np.arange(rows * columns) % columns == columns - 1, np.arange(rows * columns) - columns + 1, 0)
-    welded = np.where(np.arange(rows * columns) % columns == columns - 1, welded, np.arange(rows * columns))
+    vertex = np.arange(rows * columns)
+    welded = np.where(vertex % columns == columns - 1, vertex - columns + 1, vertex)
     vertex = (welded - welded // columns).astype(np.int32)
     return Topology(vertex[face_uv], np.stack([u, v], -1).reshape(-1, 2).astype(np.float32), face_uv)

@@ -59,7 +59,7 @@ def traits(seed: int) -> Traits:
     lip = skin * np.array([0.90 - 0.04 * melanin, 0.70, 0.73]) * (1 - 0.06 * melanin)
     # Dark skin goes with dark eyes and hair.
     dark = min(melanin / 0.55, 1.0)
-    iris = IRISES[3] if chance[3] < dark - 0.2 else IRISES[int(chance[7] * 4) % 4]
+    iris = IRISES[3] if chance[3] < dark - 0.2 else IRISES[int(chance[7] * len(IRISES))]
     colour = np.clip(dark + 0.5 * (chance[4] - 0.5) + 0.15, 0, 1) * (len(HAIR) - 1)
     hair = np.array([np.interp(colour, np.arange(len(HAIR)), HAIR[:, c]) for c in range(3)])
     grey = float(np.clip((age - 42 - 16 * chance[5]) / 26, 0, 0.85))
@@ -69,7 +69,7 @@ def traits(seed: int) -> Traits:
         melanin,
         skin,
         lip,
-        iris.astype(np.float64),
+        iris,
         hair + grey * (GREY - hair),
         float(chance[5] * (1 - melanin) ** 2),
         0.0 if female else float(0.35 + 0.6 * chance[6]),

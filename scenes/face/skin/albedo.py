@@ -10,7 +10,17 @@ from scenes.face.skin.eye import EYE_X, paint_eye
 from scenes.face.skin.mouth import paint_mouth
 from scenes.face.skin.noise import cells, fractal, smooth, value_noise
 from scenes.face.skin.sampling import TexelGrid, at_texel
-from scenes.face.skin.zones import beard, bump, from_nostril, lips, pore_size, redness, scalp
+from scenes.face.skin.zones import (
+    beard,
+    bump,
+    from_lid_crease,
+    from_mouth_line,
+    from_nostril,
+    lips,
+    pore_size,
+    redness,
+    scalp,
+)
 from scenes.face.traits import Traits
 
 
@@ -174,10 +184,9 @@ def _hollows(x: float, y: float, z: float, colour: NDArray[np.float64]) -> None:
     if z < 5:
         return
     darken(colour, 0.72 * smooth(1.25, 0.7, from_nostril(x, y, z)), 0.88, 1.08, 1.08)
-    crease = y - (1.42 - 0.10 * (abs(x) - 3.1) ** 2)
+    crease = from_lid_crease(x, y)
     darken(colour, 0.15 * np.exp(-((crease / 0.075) ** 2)) * smooth(1.65, 1.0, abs(abs(x) - 3.2)), 0.75, 1.1, 1.1)
-    line = abs(y + 6.09) + 0.25 * max(abs(x) - 2.3, 0.0)
-    darken(colour, 0.38 * smooth(0.15, 0.0, line) * smooth(2.75, 2.2, abs(x)), 0.75, 1.15, 1.1)
+    darken(colour, 0.38 * smooth(0.15, 0.0, from_mouth_line(x, y)) * smooth(2.75, 2.2, abs(x)), 0.75, 1.15, 1.1)
 
 
 @inner()

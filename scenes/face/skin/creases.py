@@ -13,7 +13,7 @@ from scipy.spatial import KDTree
 from facezip.machine.kernels import inner, kernel
 from scenes.face.head import Head
 from scenes.face.skin.lines import Line, lines_of
-from scenes.face.skin.sampling import TexelGrid, at_texel
+from scenes.face.skin.sampling import TexelGrid, at_texel, tangents, texels_of
 from scenes.face.skin.strain import frames_of, skin_of
 from scenes.face.traits import Traits
 
@@ -124,14 +124,12 @@ def _draw(
 ) -> None:
     """Enter the points of a line where they are nearer, in widths of their folds, than what is there."""
     p, side = np.empty(3), len(texels.row_of)
-    per_row = (side - 1) / (texels.row_of[0] - texels.row_of[-1])
-    per_column = (side - 1) / (texels.column_of[-1] - texels.column_of[0])
+    per_row, per_column = texels_of(texels)
     for n in range(len(places)):
-        row, column = int(places[n, 0]), int(places[n, 1])
-        a, b, c = texels.grid[row, column], texels.grid[row, column + 1], texels.grid[row + 1, column]
+        across, down = tangents(texels.grid, places[n, 0], places[n, 1])
         reach = REACH * max(table[n, 9], least_width(texels.texel))
-        wide = np.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2 + (b[2] - a[2]) ** 2)
-        tall = np.sqrt((c[0] - a[0]) ** 2 + (c[1] - a[1]) ** 2 + (c[2] - a[2]) ** 2)
+        wide = np.sqrt(across[0] ** 2 + across[1] ** 2 + across[2] ** 2)
+        tall = np.sqrt(down[0] ** 2 + down[1] ** 2 + down[2] ** 2)
         di, dj = int(reach / wide * per_column) + 1, int(reach / tall * per_row) + 1
         y = int((texels.row_of[0] - places[n, 0]) * per_row)
         x = int((places[n, 1] - texels.column_of[0]) * per_column)

@@ -2,7 +2,7 @@
 
 from facezip.machine.kernels import kernel
 from scenes.face.skin.noise import fractal, smooth
-from scenes.face.skin.zones import bump, from_nostril, lips
+from scenes.face.skin.zones import bump, from_lid_crease, from_mouth_line, from_nostril, lips
 
 # Roughness and specular of what is wet: eyes; teeth and the inside of the mouth.
 EYE, MOUTH = (0.20, 0.36), (0.22, 0.40)
@@ -38,7 +38,5 @@ def hollow(x: float, y: float, z: float) -> float:
     if z < 5:
         return 0.0
     kept = 0.85 * smooth(1.35, 0.7, from_nostril(x, y, z))
-    line = abs(y + 6.09) + 0.25 * max(abs(x) - 2.3, 0.0)
-    kept = max(kept, 0.55 * smooth(0.16, 0.0, line) * smooth(2.75, 2.3, abs(x)))
-    crease = abs(y - (1.42 - 0.10 * (abs(x) - 3.1) ** 2))
-    return max(kept, 0.35 * smooth(0.22, 0.0, crease) * smooth(1.6, 1.1, abs(abs(x) - 3.2)))
+    kept = max(kept, 0.55 * smooth(0.16, 0.0, from_mouth_line(x, y)) * smooth(2.75, 2.3, abs(x)))
+    return max(kept, 0.35 * smooth(0.22, 0.0, abs(from_lid_crease(x, y))) * smooth(1.6, 1.1, abs(abs(x) - 3.2)))

@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 from facezip.machine.kernels import inner, kernel
 from scenes.face.features import LID_HALF_WIDTH, Rows
 from scenes.face.head import Head
-from scenes.face.sculpt import EYE
+from scenes.face.skin.eye import EYE_X
 from scenes.face.skin.noise import hashed, smooth, value_noise
 from scenes.face.skin.sampling import TexelGrid, at_texel
 from scenes.face.skin.strokes import area, stroke
 from scenes.face.skin.zones import beard, brow, scalp
 from scenes.face.traits import Traits
 
-EYE_X, EYE_Y = float(EYE[0]), float(EYE[1])
 SCALP, BEARD, BROW = 0, 1, 2
 # Hairs to a square centimetre where they are densest, and how thick they are there (cm).
 DENSITY = (120.0, 90.0, 210.0)

@@ -15,11 +15,9 @@ def paint_mouth(x: float, y: float, z: float, row: float, seed: int, colour: NDA
     gum = np.array([0.62, 0.33, 0.33])
     tooth = np.array([0.87, 0.83, 0.74]) * (0.93 + 0.05 * value_noise(3 * x, y, z, seed + 251))
     dark = np.array([0.09, 0.03, 0.03])
-    gap = (
-        abs(abs(x) / 0.78 - np.floor(abs(x) / 0.78 + 0.5))
-        if row > 6
-        else abs(abs(x) / 0.52 - np.floor(abs(x) / 0.52 + 0.5))
-    )
+    # Upper teeth are wider than lower ones.
+    across = abs(x) / (0.78 if row > 6 else 0.52)
+    gap = abs(across - np.floor(across + 0.5))
     teeth = smooth(3.2, 3.5, step) * smooth(5.15, 4.95, step)
     deep = smooth(5.0, 5.25, step)
     lip = smooth(1.8, 0.2, step)

@@ -42,6 +42,26 @@ def closed(head: Head, values: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 @inner()
+def texels_of(texels: TexelGrid) -> tuple[float, float]:
+    """How many texels lie between two rows of the chart's grid, and how many between two columns."""
+    last = len(texels.row_of) - 1
+    return last / (texels.row_of[0] - texels.row_of[-1]), last / (texels.column_of[-1] - texels.column_of[0])
+
+
+@inner()
+def tangents(
+    grid: NDArray[np.float32], row: float, column: float
+) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """How far a point of ``(rows, columns, 3)`` moves for a column and for a row, cm."""
+    j, i = min(max(int(row), 0), grid.shape[0] - 2), min(max(int(column), 0), grid.shape[1] - 2)
+    a, b, c = grid[j, i], grid[j, i + 1], grid[j + 1, i]
+    return (
+        (float(b[0] - a[0]), float(b[1] - a[1]), float(b[2] - a[2])),
+        (float(c[0] - a[0]), float(c[1] - a[1]), float(c[2] - a[2])),
+    )
+
+
+@inner()
 def at_texel(grid: NDArray[np.float32], row: float, column: float, out: NDArray[np.float64]) -> None:
     """Bilinear interpolation of ``(rows, columns, C)`` into ``out``, ``(C,)``."""
     j = min(int(row), grid.shape[0] - 2)

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.machine.kernels import inner, kernel
-from scenes.face.skin.sampling import TexelGrid
+from facezip.machine.kernels import inner
+from scenes.face.skin.sampling import TexelGrid, tangents, texels_of
 
 
 @inner()
@@ -19,19 +19,14 @@ def stroke(
     cover: NDArray[np.float32],
 ) -> None:
     """One hair from its root along ``way``, turned by ``bend`` radians in the x-y plane up to its thin tip."""
-    across, down = _tangents(texels.grid, row, column)
+    across, down = tangents(texels.grid, row, column)
     aa, ad, dd = _dot(across, across), _dot(across, down), _dot(down, down)
     determinant = aa * dd - ad * ad
     if determinant < 1e-9:
         return
-    last = len(texels.row_of) - 1
-    # A texel's share of a cell of the grid.
-    per_column, per_row = (
-        last / (texels.column_of[-1] - texels.column_of[0]),
-        last / (texels.row_of[0] - texels.row_of[-1]),
-    )
+    per_row, per_column = texels_of(texels)
     # Where the chart is folded, a texel has no area to speak of.
-    area = max(np.sqrt(determinant) / (per_column * per_row), 0.2 * texels.texel * texels.texel)
+    whole = max(np.sqrt(determinant) / (per_column * per_row), 0.2 * texels.texel * texels.texel)
     steps = max(int(length / (0.5 * texels.texel)), 2)
     ds = length / steps
     for n in range(steps):
@@ -47,7 +42,7 @@ def stroke(
             cover,
             (texels.row_of[0] - row) * per_row,
             (column - texels.column_of[0]) * per_column,
-            thickness * (1 - 0.75 * t * t) * ds / area,
+            thickness * (1 - 0.75 * t * t) * ds / whole,
         )
 
 
@@ -64,23 +59,10 @@ def _drop(cover: NDArray[np.float32], y: float, x: float, amount: float) -> None
     cover[j + 1, i + 1] += amount * v * u
 
 
-@kernel()
-def _tangents(
-    grid: NDArray[np.float32], row: float, column: float
-) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """How far a point moves for a column and for a row, cm."""
-    j, i = min(max(int(row), 0), grid.shape[0] - 2), min(max(int(column), 0), grid.shape[1] - 2)
-    a, b, c = grid[j, i], grid[j, i + 1], grid[j + 1, i]
-    return (
-        (float(b[0] - a[0]), float(b[1] - a[1]), float(b[2] - a[2])),
-        (float(c[0] - a[0]), float(c[1] - a[1]), float(c[2] - a[2])),
-    )
-
-
-@kernel()
+@inner()
 def area(grid: NDArray[np.float32], j: int, i: int) -> float:
     """Of a cell of the grid, square cm."""
-    across, down = _tangents(grid, j, i)
+    across, down = tangents(grid, j, i)
     aa, ad, dd = _dot(across, across), _dot(across, down), _dot(down, down)
     return np.sqrt(max(aa * dd - ad * ad, 0.0))
 

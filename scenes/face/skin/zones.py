@@ -30,6 +30,18 @@ def from_nostril(x: float, y: float, z: float) -> float:
     return np.sqrt(((abs(x) - 0.64) / 0.34) ** 2 + ((y + 3.66) / 0.30) ** 2 + ((z - 9.35) / 0.48) ** 2)
 
 
+@inner()
+def from_mouth_line(x: float, y: float) -> float:
+    """How far a point of the front is from the line where the lips meet, about cm."""
+    return abs(y + 6.09) + 0.25 * max(abs(x) - 2.3, 0.0)
+
+
+@inner()
+def from_lid_crease(x: float, y: float) -> float:
+    """How far above the crease of the upper lid a point of the front is, cm."""
+    return y - (1.42 - 0.10 * (abs(x) - 3.1) ** 2)
+
+
 @kernel()
 def ear(x: float, y: float, z: float) -> float:
     """The ears, 0..1."""
