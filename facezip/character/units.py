@@ -35,17 +35,19 @@ def in_metres(meshes: Meshes) -> Meshes:
     return replace(meshes, neutral=neutral, vertices=vertices, centimetres=False)
 
 
-def size_words(meshes: Meshes, reads: str) -> str | None:
-    """What a file says of a head's size that is read in the unit ``reads``, a key of :data:`UNITS`.
+def size_words(meshes: Meshes | None, reads: str) -> list[str]:
+    """What is said of the size of a head that is read in the unit ``reads``, a key of :data:`UNITS`.
 
-    None for a head that is likely to be in that unit, and nothing is said of.
+    A sentence where there is a head, unless it is likely to be in that unit and nothing is said of it.
     """
+    if meshes is None:
+        return []
     extents = np.ptp(used_rows(meshes.neutral, meshes.topology.faces), axis=0)
     height, likely = float(extents[1]), likely_unit(extents)
     if meshes.centimetres:
-        return f"the head is {height / 100:.3g} m tall, as its unit is known"
+        return [f"the head is {height / 100:.3g} m tall, as its unit is known"]
     if likely == reads:
-        return None
+        return []
     remedy = f'say unit = "{likely or "cm"}" in character.toml and compress again'
     guess = f"probably {WORDS[likely]}" if likely else "and no unit makes it the size of a head"
-    return f"the head keeps the numbers of the scans and is {height:.3g} {WORDS[reads]} tall, {guess}; {remedy}"
+    return [f"the head keeps the numbers of the scans and is {height:.3g} {WORDS[reads]} tall, {guess}; {remedy}"]

@@ -1,8 +1,6 @@
 """Which documents there are: by the name in their format, the type that each is an instance of."""
 
-from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 SCHEMAS = Path(__file__).with_name("schemas")
 
@@ -44,12 +42,6 @@ PUBLISHED = {
     "verify": "facezip.commands.verify:VerifyDocument",
     "view": "facezip.commands.view:ViewDocument",
 }
-
-
-def kind_of(name: str) -> Any:
-    """The type of a document."""
-    module, _, kind = PUBLISHED[name].partition(":")
-    return getattr(import_module(module), kind)
 
 
 def published(name: str) -> str:

@@ -75,7 +75,7 @@ class Target:
         with whole_folder(output, overwrite, is_export) as folder:
             tiles = {str(tile.layout.number): self._tile(source, tile, folder, form) for tile in source.tiles}
             self.write_head(source, folder, form)
-            notes = self._notes(source)
+            notes = size_words(source.geometry, self.reads)
             if len(tiles) == 1:
                 return put_document(ExportDocument(**vars(next(iter(tiles.values()))), notes=notes), folder, output)
             # Of several each stands beside its textures as well.
@@ -90,10 +90,6 @@ class Target:
         document = describe(tile, self.name, write_maps(tile, folder, form, self.upside_down), folder)
         self.write_tile(tile, folder)
         return document
-
-    def _notes(self, source: Source) -> list[str]:
-        said = size_words(source.geometry, self.reads) if source.geometry else None
-        return [said] if said else []
 
     def _format(self, textures: str) -> Format:
         if textures not in self.formats:

@@ -73,14 +73,13 @@ def export_o3de(pack: Path, output: Path, *, overwrite: bool = False) -> LayersE
             _write_head(whole, folder / GLB_FILE)
         words = {"slots": whole.slots, "maps": found, "count": len(masks), "head": whole.model.meshes is not None}
         write_text(folder, {"GUIDE.md": "o3de/guide.j2"}, words)
-        size = size_words(whole.model.meshes, "m") if whole.model.meshes else None
         return LayersExport(
             target="o3de",
             name=whole.name,
             tile=whole.tile,
             textures=textures,
             maps=found,
-            notes=[*still_words(whole, ENGINE), *([size] if size else [])],
+            notes=[*still_words(whole, ENGINE), *size_words(whole.model.meshes, "m")],
         )
 
     return export_layered(output, overwrite, write)

@@ -85,11 +85,10 @@ def shader_words(tile: Tile, dialect: Dialect) -> dict[str, object]:
 
 def head_words(source: Source, dialect: Dialect) -> dict[str, object]:
     """What the templates say of a head: the words of its first tile, as ``tiles`` the numbers of all, and its size."""
-    said = size_words(source.geometry, "m") if source.geometry else None
-    size = f"{said[0].upper()}{said[1:]}." if said else "By its size, its numbers are metres."
+    said = size_words(source.geometry, "m") or ["by its size, its numbers are metres"]
     return shader_words(source.tiles[0], dialect) | {
         "tiles": [tile.layout.number for tile in source.tiles],
-        "size": size,
+        "size": " ".join(f"{words[0].upper()}{words[1:]}." for words in said) if source.geometry else "",
     }
 
 

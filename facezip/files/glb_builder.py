@@ -19,9 +19,12 @@ class GlbBuilder:
     Attributes
     ----------
     document : the JSON to be; ``buffers``, ``bufferViews`` and ``accessors`` are filled here.
+    gathered : whether sparse arrays share one buffer view, since two for each of four thousand targets would fill the
+        JSON. Godot prints an error for each that does not have two of its own.
     """
 
     document: GltfObject
+    gathered: bool = False
     _binary: bytearray = field(default_factory=bytearray)
     _scattered: bytearray = field(default_factory=bytearray)
     _scattered_view: int | None = None
@@ -78,8 +81,9 @@ class GlbBuilder:
         self._binary += content
         return view
 
-    # One buffer view for all: two for each of four thousand targets would fill the JSON.
     def _scatter(self, content: bytes) -> GltfObject:
+        if not self.gathered:
+            return {"bufferView": self.view(content)}
         if self._scattered_view is None:
             self._scattered_view = self._add("bufferViews", {})
         self._scattered += bytes(-len(self._scattered) % 4)

@@ -70,7 +70,8 @@ def head_bytes(
             "scenes": [{"nodes": [0]}],
             "nodes": [{"name": name, "mesh": 0, "scale": [step, step, step]}],
             "materials": [{"name": name, "pbrMetallicRoughness": SKIN}],
-        }
+        },
+        gathered=True,
     )
     normals = np.rint(127 * vertex_normals(neutral, topology.faces)).astype(np.int8)
     primitive = {

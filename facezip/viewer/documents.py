@@ -1,4 +1,4 @@
-"""The document that the viewer's page draws; ``web/src/head/document.ts`` has its types in TypeScript."""
+"""The document that the viewer's page draws; ``web/src/published.ts`` has its types in TypeScript."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -30,12 +30,12 @@ def broken_manifests() -> dict[str, tuple[str, Change]]:
         "manifest-linked": (BAD, lambda pack: linked(pack, FILE_NAME)),
         "manifest-empty": (DAMAGED, lambda pack: (pack / FILE_NAME).write_bytes(b"")),
         "manifest-cut-short": (DAMAGED, lambda pack: edited_bytes(pack, FILE_NAME, lambda content: content[:-100])),
-        "manifest-with-a-tail": (DAMAGED, lambda pack: edited_bytes(pack, FILE_NAME, lambda content: content + b" ")),
+        "manifest-with-a-tail": (DAMAGED, _with_tail),
         "manifest-of-a-flipped-bit": (
             DAMAGED,
             lambda pack: edited_bytes(pack, FILE_NAME, lambda content: content.replace(b"smile", b"smime")),
         ),
-        "manifest-without-checksum": (DAMAGED, lambda pack: _unsigned(pack)),
+        "manifest-without-checksum": (DAMAGED, _unsigned),
         "manifest-not-json": (BAD, lambda pack: edited_text(pack, lambda text: text + b"{}")),
         "manifest-not-utf-8": (BAD, lambda pack: edited_text(pack, lambda text: text.replace(b"smile", b"sm\xffle"))),
         "manifest-with-a-key-twice": (
@@ -160,7 +160,7 @@ def broken_fields() -> dict[str, Edit]:
 def two_faults() -> dict[str, tuple[str, Change]]:
     """Two faults: the earlier rule is what a reader says."""
     return {
-        "checksum-before-format": (DAMAGED, lambda pack: (sign(pack, {"format": "zip"}), with_tail(pack))),
+        "checksum-before-format": (DAMAGED, lambda pack: (sign(pack, {"format": "zip"}), _with_tail(pack))),
         "format-before-fields": (OTHER, lambda pack: sign(pack, {"format": "facezip-pack/4", "maps": []})),
         "fields-before-files": (BAD, lambda pack: (sign(pack, {"method": ""}), (pack / WEIGHTS).unlink())),
         "files-before-images": (
@@ -177,7 +177,7 @@ def two_faults() -> dict[str, tuple[str, Change]]:
     }
 
 
-def with_tail(pack: Path) -> None:
+def _with_tail(pack: Path) -> None:
     edited_bytes(pack, FILE_NAME, lambda content: content + b" ")
 
 

@@ -92,7 +92,7 @@ def broken_images() -> dict[str, Change]:
         ),
         "image-of-another-signature": changed(lambda content: b"\x88" + content[1:]),
         "image-of-too-few-rows": replaced(NEUTRAL, lambda samples: png(samples, rows=3)),
-        "image-of-8-bits": lambda pack: edited(pack, lambda d: with_bits(d, 16)),
+        "image-of-8-bits": lambda pack: edited(pack, lambda d: _with_bits(d, 16)),
         "image-of-grey": replaced(NEUTRAL, lambda samples: png(samples[..., :1])),
         "difference-of-16-bits": replaced(DIFFERENCE, lambda samples: png(samples.astype(np.uint16) * 257)),
         "weights-of-one-channel": replaced(WEIGHTS, lambda samples: png(samples[..., :1])),
@@ -105,7 +105,7 @@ def broken_images() -> dict[str, Change]:
     }
 
 
-def with_bits(document: dict[str, Any], bits: int) -> None:
+def _with_bits(document: dict[str, Any], bits: int) -> None:
     document["tiles"][0]["textures"][0]["neutral_bits"] = bits
 
 

@@ -2,8 +2,8 @@
 
 import json
 
-from facezip.documents.published import PUBLISHED, SCHEMAS, kind_of
-from facezip.documents.schema import schema_of
+from facezip.documents.published import PUBLISHED, SCHEMAS
+from tests.documents.schema import kind_of, schema_of
 from tests.documents.typescript import FILE, types
 
 

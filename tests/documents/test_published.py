@@ -15,14 +15,14 @@ from jsonschema import Draft202012Validator, ValidationError
 from facezip.character.loading import save_character
 from facezip.cli import VERBS
 from facezip.documents.document import Document, from_json, plain, to_json
-from facezip.documents.published import PUBLISHED, SCHEMAS, kind_of, published
-from facezip.documents.schema import schema_of
+from facezip.documents.published import PUBLISHED, SCHEMAS, published
 from facezip.export import TARGETS
 from facezip.fit.methods import compress
 from facezip.pack.write import write_pack
 from facezip.viewer.scene import read_scene
 from tests.documents.checked import check
 from tests.documents.make import made
+from tests.documents.schema import kind_of, schema_of
 from tests.documents.typescript import FILE, types
 from tests.facezip.conftest import random_character
 from tests.facezip.surfaces import random_surface

@@ -22,10 +22,10 @@ async function encode(width, height, data) {
   const { KTX2File } = await encoder.init();
   const reader = new KTX2File(file);
   const texels = new Uint8Array(4 * width * height);
-  reader.startTranscoding();
-  reader.transcodeImage(texels, 0, 0, 0, RGBA32, 0, -1, -1);
+  const done = reader.startTranscoding() && reader.transcodeImage(texels, 0, 0, 0, RGBA32, 0, -1, -1);
   reader.close();
   reader.delete();
+  if (!done) throw new Error("cannot transcode");
   return [file.length, texels];
 }
 

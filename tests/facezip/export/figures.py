@@ -60,10 +60,7 @@ def coded(sheet, codec):
 
 def means(scans, model):
     """The error of each map over expressions: of normals degrees, else parts of 255."""
-    errors = model_errors(scans, model)
-    return {
-        kind.name: errors[kind.name].angular_error if kind.is_normal else errors[kind.name].rmse for kind in scans.maps
-    }
+    return {name: errors.mean for name, errors in model_errors(scans, model).items()}
 
 
 def words(errors):

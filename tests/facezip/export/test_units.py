@@ -83,6 +83,16 @@ def test_numbers_of_an_unknown_unit_stay_and_the_unit_that_is_likely_is_said(tmp
         assert f'unit = "{unit}"' in said
 
 
+@pytest.mark.parametrize("target", ["unity", "godot"])
+def test_guides_say_how_large_a_head_is_where_there_is_one(tmp_path, target):
+    said = []
+    for model in (sized("m"), random_model()):
+        write_pack(model, tmp_path / "me.facezip", overwrite=True)
+        TARGETS[target](tmp_path / "me.facezip", tmp_path / target, overwrite=True)
+        said.append("metres" in (tmp_path / target / "GUIDE.md").read_text(encoding="utf-8"))
+    assert said == [True, False]
+
+
 @given(st.sampled_from([*UNITS]), st.floats(0.7, 1.5))
 def test_a_head_is_likely_to_be_in_its_own_unit_whatever_its_size(unit, times):
     extents = np.array([0.7, 1.0, 0.8]) * times * HEAD / UNITS[unit]

@@ -46,6 +46,21 @@ def test_rows_of_sparse_arrays_are_as_short_as_they_can_be(row, itemsize):
     assert np.dtype(kind).itemsize == itemsize
 
 
+def test_sparse_arrays_have_views_that_end_where_they_end_or_share_one():
+    """Godot prints an error for every other view of its own."""
+    values = np.zeros((500, 3), np.float32)
+    values[[3, 77, 400]] = 1
+    own, shared = GlbBuilder({}), GlbBuilder({}, gathered=True)
+    for builder in (own, shared):
+        builder.array(values)
+        builder.sparse(values)
+        builder.sparse(-values)
+        glb = Glb.parse(builder.finish().to_bytes())
+        np.testing.assert_array_equal(glb.array(2), -values)
+    assert [view["byteLength"] for view in own.document["bufferViews"]] == [values.nbytes, 6, 36, 6, 36]
+    assert len(shared.document["bufferViews"]) == 2
+
+
 def test_normalised_integers_are_read_as_numbers_up_to_one():
     builder = GlbBuilder({})
     builder.array(np.array([[-127, 0, 127]], np.int8), VERTICES, normalized=True)

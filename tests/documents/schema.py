@@ -4,8 +4,11 @@ import inspect
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from importlib import import_module
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from facezip.documents.published import PUBLISHED
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 PLAIN = {str: "string", int: "integer", float: "number", bool: "boolean", NoneType: "null"}
@@ -13,6 +16,12 @@ _ENTRY = re.compile(r"^(\w+(?:, \w+)*) : ", re.MULTILINE)
 
 # A schema, or a part of one.
 Schema = dict[str, Any]
+
+
+def kind_of(name: str) -> Any:
+    """The type of a published document."""
+    module, _, kind = PUBLISHED[name].partition(":")
+    return getattr(import_module(module), kind)
 
 
 def schema_of(kind: Any, name: str) -> Schema:
