@@ -1,7 +1,7 @@
 """An animated blend, original against compressed: every frame on the same light paths, and the worst one named."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
@@ -13,7 +13,7 @@ from facezip.pack.model import CompressedTextures
 from facezip.rigging.originals import BLEND, Originals
 from facezip.rigging.sequences import Pose
 from render.documents.animation import AnimationConditions, AnimationDocument, Frame, FrameMeans, TotalSeconds
-from render.documents.conditions import RenderConditions, Versions
+from render.documents.conditions import Versions
 from render.documents.images import ImageMetrics
 from render.llvm import start
 from render.metrics import UNITS, Picture, compare, display, head_crop
@@ -131,6 +131,15 @@ def _measured(images: Images) -> ImageMetrics:
 
 
 def _conditions(settings: Settings, versions: Versions, maps: Sequence[str]) -> AnimationConditions:
-    one = replace(settings, views=settings.views[:1], lights=settings.lights[:1])
-    kept = {key: getattr(one, key) for key in RenderConditions.__dataclass_fields__ if hasattr(one, key)}
-    return AnimationConditions(**vars(versions), **kept, units=UNITS, maps_rendered=maps)
+    return AnimationConditions(
+        **vars(versions),
+        views=settings.views[:1],
+        lights=settings.lights[:1],
+        material=settings.material,
+        transport=settings.transport,
+        resolution=settings.resolution,
+        spp=settings.spp,
+        seed=settings.seed,
+        units=UNITS,
+        maps_rendered=maps,
+    )

@@ -4,7 +4,7 @@ Renders of the embedded character from its compressed textures become a referenc
 spoilt ones are compared with it; so are scenes with regions of one exact value. No render serves twice.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import count, cycle, islice, product
 from time import perf_counter
@@ -114,17 +114,9 @@ class FlatRates:
 
 
 @dataclass(frozen=True, kw_only=True)
-class AlarmConditions(Versions):
-    """How many trials of what, as of :class:`Trials`."""
+class AlarmConditions(Trials, Versions):
+    """How many trials of what, and how they were rendered."""
 
-    references: int
-    tests: int
-    reference_renders: int
-    renders: int
-    resolution: int
-    spp: int
-    texels: int
-    seed: int
     sampler: str
     character: str
 
@@ -158,19 +150,15 @@ def measure_alarms(trials: Trials, level: float) -> AlarmsDocument:
     """Compare equal and changed renders with references, and count what falls below the level."""
     begin = perf_counter()
     versions = start()
-    found: dict[str, dict[str, list[float]]] = {}
-    results = track(_comparisons(trials), "Comparing", trials.references * trials.tests)
-    for case, probabilities in results:
-        for name, probability in probabilities.items():
-            found.setdefault(name, {}).setdefault(case, []).append(probability)
-    equal = np.concatenate([*found.pop(_EQUAL).values()])
-    flats = _flats(trials, level)
+    found = _gathered(track(_comparisons(trials), "Comparing", trials.references * trials.tests))
+    by_name = {name: {case: of[name] for case, of in found.items()} for name in next(iter(found.values()))}
+    equal = np.concatenate([*by_name.pop(_EQUAL).values()])
     return AlarmsDocument(
         level=level,
         false_alarms=_rate(equal, level),
         levels=_levels(equal),
-        defects={name: _rates(cases, level) for name, cases in found.items()},
-        flats=flats,
+        defects={name: _rates(cases, level) for name, cases in by_name.items()},
+        flats=_flats(trials, level),
         seconds=round(perf_counter() - begin, 2),
         conditions=AlarmConditions(
             **vars(versions), **vars(trials), sampler="multijitter", character="embedded, smile, refined"
@@ -179,6 +167,15 @@ def measure_alarms(trials: Trials, level: float) -> AlarmsDocument:
 
 
 _EQUAL = "equal"
+
+
+def _gathered(comparisons: Iterable[tuple[str, dict[str, float]]]) -> dict[str, dict[str, list[float]]]:
+    """Probabilities by case and by what was compared."""
+    found: dict[str, dict[str, list[float]]] = {}
+    for case, probabilities in comparisons:
+        for name, probability in probabilities.items():
+            found.setdefault(case, {}).setdefault(name, []).append(probability)
+    return found
 
 
 def _rates(cases: dict[str, list[float]], level: float) -> DefectRate:
@@ -191,12 +188,8 @@ def _levels(probabilities: NDArray[np.float64]) -> list[LevelRate]:
 
 
 def _flats(trials: Trials, level: float) -> dict[str, FlatRates]:
-    found: dict[str, dict[str, list[float]]] = {}
-    for name, probabilities in track(
-        _flat_comparisons(trials), "Comparing flats", FLATS * trials.references * trials.tests
-    ):
-        for change, probability in probabilities.items():
-            found.setdefault(name, {}).setdefault(change, []).append(probability)
+    steps = FLATS * trials.references * trials.tests
+    found = _gathered(track(_flat_comparisons(trials), "Comparing flats", steps))
     return {
         name: FlatRates(
             levels=_levels(np.array(changes.pop(_EQUAL))),

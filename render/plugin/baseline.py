@@ -2,7 +2,7 @@
 
 import hashlib
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -67,7 +67,8 @@ class Baseline:
         FaceZipError
             ``BAD_VALUE``: it is there twice.
         """
-        files = [file for file in self._files() if _stripped(file) == name and file != name]
+        there = self._files()
+        files = [file for file in (name + _IMAGE, name + _POINTER) if file in there]
         if len(files) > 1:
             reason = f"{self.folder}: both {files[0]} and {files[1]}"
             raise FaceZipError(ErrorCode.BAD_VALUE, f"{reason}; remove the one that is out of date")
@@ -120,7 +121,7 @@ class Baseline:
         image.unlink(missing_ok=True)
         return pointer
 
-    def _files(self) -> list[str]:
+    def _files(self) -> Sequence[str]:
         if self.commit:
             return git.file_names(self.commit, self.folder)
         return sorted(file.name for file in self.folder.iterdir()) if self.folder.is_dir() else []

@@ -1,6 +1,7 @@
 """Files as a commit of git has them, whatever lies in the working tree."""
 
 import subprocess
+from functools import cache
 from pathlib import Path
 
 from facezip.errors import ErrorCode, FaceZipError
@@ -21,12 +22,12 @@ def commit_id(revision: str, folder: Path) -> str:
     return found.decode().strip()
 
 
-def file_names(commit: str, folder: Path) -> list[str]:
-    """The names of the files in a folder; none where the commit has no such folder."""
-    listed = (
-        _git(_existing(folder), "ls-tree", "--full-tree", "-z", "--name-only", f"{commit}:{_inside(folder)}") or b""
-    )
-    return [name.decode(errors="surrogateescape") for name in listed.split(b"\0") if name]
+@cache
+def file_names(commit: str, folder: Path) -> tuple[str, ...]:
+    """The names of the files in a folder; none where the commit, by its full name, has no such folder."""
+    tree = f"{commit}:{_inside(folder)}"
+    listed = _git(_existing(folder), "ls-tree", "--full-tree", "-z", "--name-only", tree) or b""
+    return tuple(name.decode(errors="surrogateescape") for name in listed.split(b"\0") if name)
 
 
 def content(commit: str, path: Path) -> bytes:

@@ -116,10 +116,9 @@ class ImageCheck:
         # Of tests that share a reference the first writes it, and the others are compared with that.
         mode = "" if baseline.path(call.stem) in self.shared else self.settings.generate
         names = accepted(baseline.names(), call.stem, call.variant)
-        if call.must_differ and (mode == "all" or (mode and not names)):
-            return
         if mode == "all" or (mode and not names):
-            self._generate(call, baseline, names)
+            if not call.must_differ:
+                self._generate(call, baseline, names)
             return
         path = baseline.path(names[0] if names else call.stem)
         self.compared += 1

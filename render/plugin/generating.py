@@ -2,13 +2,15 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+
+from numpy import float32
+from numpy.typing import NDArray
 
 from facezip.errors import FaceZipError
 from render.plugin.baseline import Baseline
 from render.plugin.call import Call
 from render.plugin.ignoring import ignored_pixels
-from render.plugin.judging import Judged
+from render.plugin.judging import Judged, against
 from render.plugin.labels import labelled
 from render.plugin.reference import Reference
 from render.plugin.results import Change, Written
@@ -26,7 +28,7 @@ class Made:
     ----------
     path : its file.
     written : what a result says of it.
-    before : the new image against the reference that was there, where it changed and can be compared.
+    before : the new image against the reference that was there, where it changed and can be read.
     """
 
     path: Path
@@ -75,15 +77,10 @@ def _digest(baseline: Baseline, name: str | None) -> str:
         return ""
 
 
-def _compared(call: Call, baseline: Baseline, name: str, renders: Any) -> Judged | None:
+def _compared(call: Call, baseline: Baseline, name: str, renders: NDArray[float32]) -> Judged | None:
     """The first of the new renders against what was there."""
     try:
-        reference = baseline.read(name)
-        if reference.mean.shape != renders.shape[1:]:
-            return None
-        some = renders[: call.renders]
-        comparison = reference.compare(some, ignored_pixels(call.ignore, reference.mean.shape[:2]))
-        return Judged(reference, str(baseline.path(name)), comparison, call.level, len(some))
+        return against(call, renders[: call.renders], baseline.read(name), str(baseline.path(name)))
     except FaceZipError:
         # What cannot be read, or compared, is being replaced.
         return None

@@ -72,7 +72,7 @@ def judged(call: Call, baseline: Baseline, names: list[str]) -> Judged:
     renders = renders_of(call.source, range(call.renders), call.spp)
     best: Judged | None = None
     for name in names:
-        found = _against(call, renders, baseline.read(name), str(baseline.path(name)), len(names))
+        found = against(call, renders, baseline.read(name), str(baseline.path(name)), len(names))
         if best is None or found.probability > best.probability:
             best = found
         if not best.differs:
@@ -82,7 +82,8 @@ def judged(call: Call, baseline: Baseline, names: list[str]) -> Judged:
     return best
 
 
-def _against(call: Call, renders: NDArray[float32], reference: Reference, path: str, accepted: int) -> Judged:
+def against(call: Call, renders: NDArray[float32], reference: Reference, path: str, accepted: int = 1) -> Judged:
+    """``(n, H, W, C)`` renders of a call against one of ``accepted`` references, whose file is ``path``."""
     shape = renders.shape[1:]
     if shape != reference.mean.shape:
         words = f"the image has {size(shape)} pixels, its reference {size(reference.mean.shape)}"

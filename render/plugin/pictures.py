@@ -74,9 +74,6 @@ def _bands(index: NDArray[np.int64]) -> Iterator[str]:
     """The characters of each band of six rows of ``(H, W)`` colours."""
     for top in range(0, len(index), 6):
         band = index[top : top + 6]
-        weights = 1 << np.arange(len(band))
-        lines = (((band == colour) * weights[:, None]).sum(axis=0) for colour in np.unique(band))
-        yield "$".join(
-            f"#{colour}{bytes((63 + line).tolist()).decode()}"
-            for colour, line in zip(np.unique(band), lines, strict=True)
-        )
+        weights = 1 << np.arange(len(band))[:, None]
+        lines = {colour: ((band == colour) * weights).sum(axis=0) for colour in np.unique(band)}
+        yield "$".join(f"#{colour}{bytes((63 + line).tolist()).decode()}" for colour, line in lines.items())

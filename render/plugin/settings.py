@@ -7,6 +7,7 @@ import pytest
 
 from render.plugin.baseline import Baseline
 from render.plugin.labels import PLATFORM, VARIANT, is_label
+from render.plugin.store import Store
 
 # The name under which a test's report carries its results.
 PROPERTY = "facezip_image"
@@ -81,11 +82,7 @@ class Settings:
 
     def baseline_in(self, folder: Path) -> Baseline:
         """The references in a folder."""
-        if not self.store:
-            return Baseline(folder, None, self.commit)
-        from render.plugin.store import Store
-
-        return Baseline(folder, Store(self.store), self.commit)
+        return Baseline(folder, Store(self.store) if self.store else None, self.commit)
 
 
 def add_options(parser: pytest.Parser) -> None:

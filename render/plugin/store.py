@@ -44,10 +44,10 @@ class Store:
                 target.parent.mkdir(parents=True, exist_ok=True)
                 write_whole(target, content)
             return digest
-        path = self._remote_path(digest)
+        system, path = self._remote(digest)
         try:
-            self._system.makedirs(path.rpartition("/")[0], exist_ok=True)
-            self._system.pipe_file(path, content)
+            system.makedirs(path.rpartition("/")[0], exist_ok=True)
+            system.pipe_file(path, content)
         except Exception as error:
             raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{self.place}: cannot write ({_reason(error)})") from None
         return digest
@@ -62,7 +62,9 @@ class Store:
         """
         if not self._is_remote():
             return _checked(Path(self.place) / _name(digest), digest)
-        folder = self.cache or kept_folder("references") or self._nowhere()
+        folder = self.cache or kept_folder("references")
+        if folder is None:
+            raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{self.place}: no folder for a cache; set XDG_CACHE_HOME")
         kept = folder / _name(digest)
         with suppress(FaceZipError):
             return _checked(kept, digest)
@@ -71,9 +73,9 @@ class Store:
         return kept
 
     def _downloaded(self, digest: str) -> bytes:
-        path = self._remote_path(digest)
+        system, path = self._remote(digest)
         try:
-            content = bytes(self._system.cat_file(path))
+            content = bytes(system.cat_file(path))
         except Exception as error:
             reason = f"{self.place}: no reference {digest[:12]}… ({_reason(error)})"
             raise FaceZipError(ErrorCode.CANNOT_READ, f"{reason}; check the store, or generate it again") from None
@@ -84,15 +86,17 @@ class Store:
     def _is_remote(self) -> bool:
         return "://" in self.place
 
-    def _remote_path(self, digest: str) -> str:
-        return f"{_opened(self.place)[1].rstrip('/')}/{_name(digest)}"
+    def _remote(self, digest: str) -> tuple[Any, str]:
+        """The file system of fsspec, and the path of a file in it."""
+        try:
+            from fsspec.core import url_to_fs
 
-    @property
-    def _system(self) -> Any:
-        return _opened(self.place)[0]
-
-    def _nowhere(self) -> Path:
-        raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{self.place}: no folder for a cache; set XDG_CACHE_HOME")
+            system, path = url_to_fs(self.place)
+        except (ImportError, ValueError) as error:
+            hint = "install facezip[store] and what fsspec needs for it"
+            reason = f"{self.place}: cannot be opened ({_reason(error)}); {hint}"
+            raise FaceZipError(ErrorCode.BAD_VALUE, reason) from None
+        return system, f"{path.rstrip('/')}/{_name(digest)}"
 
 
 def _name(digest: str) -> str:
@@ -114,17 +118,6 @@ def _checked(path: Path, digest: str) -> Path:
 def _another(place: str) -> FaceZipError:
     reason = f"{place}: not the reference that the tests were made with: its sha256 is another"
     return FaceZipError(ErrorCode.CANNOT_READ, f"{reason}; restore the file, or generate it again")
-
-
-def _opened(url: str) -> tuple[Any, str]:
-    try:
-        from fsspec.core import url_to_fs
-
-        system, path = url_to_fs(url)
-    except (ImportError, ValueError) as error:
-        hint = "install facezip[store] and what fsspec needs for it"
-        raise FaceZipError(ErrorCode.BAD_VALUE, f"{url}: cannot be opened ({_reason(error)}); {hint}") from None
-    return system, str(path)
 
 
 def _reason(error: Exception) -> str:

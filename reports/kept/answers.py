@@ -4,20 +4,18 @@ A figure is called by the name of its question and the path to it in the answer,
 ``maps/ways/shared/errors/albedo/rmse``. Times are of a machine, and are left out.
 """
 
-import csv
-import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
-from functools import partial
+from dataclasses import asdict, dataclass
+from functools import cached_property, partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from facezip.character.loading import save_character
-from facezip.files.writing import write_whole
 from facezip.machine.progress import track
 from reports.kept.inputs import ANYTHING, digest
 from reports.kept.measure import EXPRESSIONS, answer
+from reports.kept.table import read_table, write_table
 from scenes.character import make_character
 
 # What is no figure, or one of a machine; numbers of single expressions or shapes, "rmse_per_shape", are left out too.
@@ -52,7 +50,7 @@ class Question:
     ask: Callable[[], dict[str, Any]] | None = None
     scans: Path | None = None
 
-    @property
+    @cached_property
     def inputs(self) -> str:
         """Digest of what its figures depend on."""
         return digest(ANYTHING, self.scans, self.command)
@@ -60,9 +58,8 @@ class Question:
     def figures(self) -> Iterator[Figure]:
         """Ask, and give every number of the answer."""
         found = self.ask() if self.ask else answer(*self.command.split())
-        inputs = self.inputs
         for path, value in numbers(found):
-            yield Figure(f"{self.name}/{path}", value, inputs, self.command)
+            yield Figure(f"{self.name}/{path}", value, self.inputs, self.command)
 
 
 def questions(captures: Sequence[Path]) -> list[Question]:
@@ -138,21 +135,14 @@ def ask(questions: Sequence[Question]) -> Iterator[tuple[Question, list[Figure]]
 
 def read_figures(path: Path) -> dict[str, Figure]:
     """The figures of a file by their keys; none where there is no file yet."""
-    if not path.is_file():
-        return {}
-    with path.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    found = [Figure(row["key"], float(row["value"]), row["inputs"], row["command"]) for row in rows]
-    return {figure.key: figure for figure in found}
+    return {figure.key: figure for figure in read_table(path, Figure)}
 
 
 def write_figures(path: Path, figures: Sequence[Figure]) -> None:
     """Write figures in the order of their keys; raises ``CANNOT_WRITE``."""
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(field.name for field in fields(Figure))
-    for figure in sorted(figures, key=lambda one: one.key):
-        # A count is no fraction.
-        value = int(figure.value) if figure.value.is_integer() else figure.value
-        table.writerow((figure.key, value, figure.inputs, figure.command))
-    write_whole(path, text.getvalue().encode())
+    write_table(path, Figure, map(_cells, sorted(figures, key=lambda one: one.key)))
+
+
+def _cells(figure: Figure) -> dict[str, object]:
+    # A count is no fraction.
+    return asdict(figure) | ({"value": int(figure.value)} if figure.value.is_integer() else {})

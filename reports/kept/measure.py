@@ -160,8 +160,6 @@ def _row(subject: Subject, method: str, document: dict[str, Any]) -> Row:
         bytes_bc7=document["bytes_bc7"],
         bits=document["bits_per_texel_channel"],
         fetches=document["fetches"],
-        cpu=None,
-        cpu_spread=None,
         versions=versions(),
         inputs=subject.inputs,
         command=" ".join(("compress scans -o me.facezip", *METHODS[method])),

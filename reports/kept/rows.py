@@ -1,12 +1,10 @@
 """A row of ``benchmarks/results.csv``: one character of one size, stored in one way."""
 
-import csv
-import io
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
-from facezip.files.writing import write_whole
+from reports.kept.table import read_table, write_table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,11 +38,11 @@ class Row:
     bytes_bc7: int
     bits: float
     fetches: int
-    cpu: float | None
-    cpu_spread: float | None
+    cpu: float | None = None
+    cpu_spread: float | None = None
     versions: str
     inputs: str
-    command: str
+    command: str = ""
 
     @property
     def key(self) -> str:
@@ -58,11 +56,7 @@ DECIMALS = {"rmse": 4, "bits": 3, "cpu": 1, "cpu_spread": 2}
 
 def read_rows(path: Path) -> dict[str, Row]:
     """The rows of a file by their keys; none where there is no file yet."""
-    if not path.is_file():
-        return {}
-    with path.open(encoding="utf-8", newline="") as file:
-        rows = [_row(cells) for cells in csv.DictReader(file)]
-    return {row.key: row for row in rows}
+    return {row.key: row for row in read_table(path, Row)}
 
 
 def write_rows(path: Path, rows: Iterable[Row]) -> None:
@@ -73,33 +67,10 @@ def write_rows(path: Path, rows: Iterable[Row]) -> None:
     FaceZipError
         ``CANNOT_WRITE``.
     """
-    text = io.StringIO()
-    table = csv.DictWriter(text, COLUMNS, lineterminator="\n")
-    table.writeheader()
-    for row in sorted(rows, key=lambda one: (one.character, one.size, one.method)):
-        table.writerow(_cells(row))
-    write_whole(path, text.getvalue().encode())
+    ordered = sorted(rows, key=lambda one: (one.character, one.size, one.method))
+    write_table(path, Row, map(_cells, ordered))
 
 
-def _cells(row: Row) -> dict[str, str]:
-    cells = {name: "" if value is None else str(value) for name, value in asdict(row).items()}
-    return cells | {name: f"{float(cells[name]):.{digits}f}" for name, digits in DECIMALS.items() if cells[name]}
-
-
-def _row(cells: Mapping[str, str]) -> Row:
-    return Row(
-        character=cells["character"],
-        size=int(cells["size"]),
-        expressions=int(cells["expressions"]),
-        method=cells["method"],
-        rmse=float(cells["rmse"]),
-        bytes_on_gpu=int(cells["bytes_on_gpu"]),
-        bytes_bc7=int(cells["bytes_bc7"]),
-        bits=float(cells["bits"]),
-        fetches=int(cells["fetches"]),
-        cpu=float(cells["cpu"]) if cells["cpu"] else None,
-        cpu_spread=float(cells["cpu_spread"]) if cells["cpu_spread"] else None,
-        versions=cells["versions"],
-        inputs=cells["inputs"],
-        command=cells["command"],
-    )
+def _cells(row: Row) -> dict[str, object]:
+    cells = asdict(row)
+    return cells | {name: f"{cells[name]:.{digits}f}" for name, digits in DECIMALS.items() if cells[name] is not None}

@@ -78,8 +78,7 @@ class Textures:
         seconds = perf_counter() - begin
         count = 1 + len(character.expressions)
         size = count * sum(storage.texture_bytes(Texture(*stack.neutral.shape)) for stack in character.stacks.values())
-        numbers = *_shares(character, size), count * len(kinds), *_errors(errors), seconds
-        return Point(self.family, self.codec.name, size, storage.bytes_on_wire, *numbers, None, None, None)
+        return _point(character, self.family, storage, size, errors, count * len(kinds), seconds)
 
 
 @dataclass(frozen=True)
@@ -100,11 +99,14 @@ class Pack:
             model = fit_coded(character, self.differences, self.weight_scale, storage)
         else:
             model = coded_afterwards(_fitted(character, self.method, self.differences, self.weight_scale), storage)
-        seconds, size, cost = perf_counter() - begin, storage.bytes_of(model), model.footprint
-        shares, errors = _shares(character, size), _errors(model_errors(character, model))
-        numbers = size, storage.bytes_on_wire, *shares, cost.fetches, *errors, seconds
-        made = cost.differences, self.weight_scale, storage.weights.name
-        return Point(self.family, storage.textures.name, *numbers, *made)
+        seconds, cost = perf_counter() - begin, model.footprint
+        errors = model_errors(character, model)
+        return replace(
+            _point(character, self.family, storage, storage.bytes_of(model), errors, cost.fetches, seconds),
+            differences=cost.differences,
+            weight_scale=self.weight_scale,
+            weights=storage.weights.name,
+        )
 
 
 @lru_cache(maxsize=1)
@@ -113,17 +115,24 @@ def _fitted(character: Character, method: str, differences: int, weight_scale: i
     return compress(character, method, differences=differences, weight_scale=weight_scale)
 
 
-def _shares(character: Character, size: int) -> tuple[float, float]:
-    """Bytes a texel of one expression, and bits a texel and channel of all."""
-    texels = values = 0
-    for stack in character.stacks.values():
-        texels += stack.resolution[0] * stack.resolution[1]
-        values += stack.textures.size
-    return size / texels, 8 * size / values
-
-
-def _errors(errors: Errors) -> tuple[float, float | None, Errors]:
-    """The one number, the same as PSNR, and those of each map."""
-    rmse = whole_error(errors, {})
-    psnr = 20 * log10(255 / rmse) if rmse else None
-    return rmse, psnr, {name: found.means for name, found in errors.items()}
+def _point(
+    character: Character, family: str, storage: Storage, size: int, errors: Errors, fetches: int, seconds: float
+) -> Point:
+    """The measurement of textures of ``size`` bytes without weight maps."""
+    stacks, rmse = character.stacks.values(), whole_error(errors, {})
+    return Point(
+        family=family,
+        codec=storage.textures.name,
+        bytes=size,
+        bytes_on_wire=storage.bytes_on_wire,
+        bytes_per_texel=size / sum(stack.resolution[0] * stack.resolution[1] for stack in stacks),
+        bits=8 * size / sum(stack.textures.size for stack in stacks),
+        fetches=fetches,
+        rmse=rmse,
+        psnr=20 * log10(255 / rmse) if rmse else None,
+        errors={name: found.means for name, found in errors.items()},
+        seconds=seconds,
+        differences=None,
+        weight_scale=None,
+        weights=None,
+    )

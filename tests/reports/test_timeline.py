@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from facezip.machine.cores import cores
-from reports.timeline import REST, STAGES, STEP, Moment, Watch, picture, stage_of, undisturbed
+from reports.timeline import picture
+from reports.watching import REST, STAGES, STEP, Moment, Watch, stage_of, undisturbed
 
 ON_LINUX = pytest.mark.skipif(sys.platform != "linux", reason="the time that threads take is Linux's to tell")
 

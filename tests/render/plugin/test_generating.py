@@ -77,6 +77,16 @@ def test_another_size_and_a_damaged_file_are_replaced(generated, pytester):
     generated(EQUAL).assert_outcomes(passed=1)
 
 
+@pytest.mark.parametrize("mode", ["failed", "all"])
+def test_pictures_of_a_failure_go_where_the_new_reference_has_another_size(generated, pytester, mode):
+    generated(BRIGHTER).assert_outcomes(failed=1)
+    evidence = pytester.path / "facezip-results" / STEM
+    assert evidence.is_dir()
+    small = "def test_box(facezip_image):\n    facezip_image(lambda seed: render(seed)[:12])\n"
+    generated(small, f"--facezip-generate={mode}").assert_outcomes(skipped=1)
+    assert not evidence.exists()
+
+
 def test_a_folder_of_that_name_can_be_meant(project, pytester):
     project(EQUAL, "--facezip-generate", "./all")
     assert (pytester.path / "all" / f"{STEM}.exr").is_file()
