@@ -130,6 +130,8 @@ def bad_calls(scans, pack, folder):
             ("compress", scans, "-o", folder / "x", "--budget-mb", 1e-3),
             ExitCode.BAD_INPUT,
         ),
+        "a target of nothing": (("compress", scans, "-o", folder / "x", "--target-rmse", 0), ExitCode.USAGE),
+        "a budget below nothing": (("compress", scans, "-o", folder / "x", "--budget-mb", -1), ExitCode.USAGE),
         "an importance of another size": (
             ("compress", scans, "-o", folder / "x", "--importance", folder / "importance.png"),
             ExitCode.BAD_INPUT,

@@ -12,6 +12,7 @@ from facezip.errors import ErrorCode, FaceZipError
 from facezip.fit.pipeline import Request
 from facezip.fit.settings import EFFORTS, USED, Settings
 
+POSITIVE = click.FloatRange(min=0, min_open=True)
 # Methods that hold nothing as large as a texture.
 STREAMED = ("refined", "pca", "masks")
 SETTINGS = tuple(field.name for field in fields(Settings))
@@ -56,10 +57,10 @@ def fit_options(command: Callable[..., Any]) -> Callable[..., Any]:
             "fast is two thirds of the default's time, best several times as long (refined).",
         ),
         click.option(
-            "--target-rmse", type=float, metavar="X", help="Choose R and S: the least memory with at most this RMSE."
+            "--target-rmse", type=POSITIVE, metavar="X", help="Choose R and S: the least memory with at most this RMSE."
         ),
         click.option(
-            "--budget-mb", type=float, metavar="X", help="Choose R and S: the least RMSE within X MB, at 8 bits."
+            "--budget-mb", type=POSITIVE, metavar="X", help="Choose R and S: the least RMSE within X MB, at 8 bits."
         ),
         click.option(
             "--importance", type=options.FOLDER, metavar="FILE", help="How much each texel's error counts: an "

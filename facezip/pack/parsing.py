@@ -114,7 +114,8 @@ def _tile(entry: Fields) -> TileEntry:
 
 def _content(folder: Path, path: Path) -> bytes:
     if not folder.is_dir():
-        raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: no such pack; give a folder NAME.facezip")
+        what = "is a file, and no pack" if folder.exists() else "no such pack"
+        raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: {what}; give a folder NAME.facezip")
     if path.is_symlink() or not path.is_file():
         raise bad_pack(folder, f"no {FILE_NAME} in it; give the folder that 'facezip compress' wrote")
     with open(path, "rb") as file:
