@@ -11,6 +11,7 @@ from facezip.documents.document import to_json
 from facezip.documents.error import ErrorDocument, Fault
 from facezip.errors import ExitCode, FaceZipError
 from facezip.files.muting import muted_stderr
+from facezip.machine.exhaustion import ended_where_threads_cannot_go_on
 from facezip.machine.progress import show_progress
 
 VERBS = {
@@ -44,6 +45,7 @@ BEGIN = "\b\nBegin with\n  facezip demo -o demo          a character, its pack a
 
 # What Python says where there is no memory for the stack of a thread.
 NO_THREAD = "can't start new thread"
+NO_MEMORY = "out-of-memory", "not enough memory; use smaller textures or a larger machine"
 
 
 class _Verbs(click.Group):
@@ -80,13 +82,16 @@ def facezip() -> None:
 def main() -> None:
     """Run the command line; never shows a traceback for bad input."""
     _escape_what_cannot_be_printed()
+    code, message = NO_MEMORY
+    last_words = _line(message).encode(), _answer(code, message).encode()
     try:
-        with show_progress():
+        with ended_where_threads_cannot_go_on(ExitCode.BAD_INPUT, *last_words), show_progress():
             _say_what_is_logged()
             status = facezip.main(standalone_mode=False)
     except click.ClickException as error:
         error.show()
-        status = _answered("usage", error.format_message(), error.exit_code)
+        print(_answer("usage", error.format_message()), end="")
+        status = error.exit_code
     except FaceZipError as error:
         status = _refused(error.code, str(error), error.exit_code)
     # Before the next: an Abort is a RuntimeError.
@@ -96,8 +101,7 @@ def main() -> None:
     except (MemoryError, RuntimeError) as error:
         if isinstance(error, RuntimeError) and NO_THREAD not in str(error):
             raise
-        message = "not enough memory; use smaller textures or a larger machine"
-        status = _refused("out-of-memory", message, ExitCode.BAD_INPUT)
+        status = _refused(*NO_MEMORY, ExitCode.BAD_INPUT)
     sys.exit(int(status or ExitCode.DONE))
 
 
@@ -115,12 +119,15 @@ def _escape_what_cannot_be_printed() -> None:
 
 
 def _refused(code: str, message: str, status: int) -> int:
-    print(f"facezip: {message}", file=sys.stderr)
-    return _answered(code, message, status)
-
-
-def _answered(code: str, message: str, status: int) -> int:
-    """The error for a program that asked for JSON; by the words as given, since they may be what is wrong."""
-    if "--json" in sys.argv[1:]:
-        print(to_json(ErrorDocument(error=Fault(code=code, message=message))))
+    print(_line(message), end="", file=sys.stderr)
+    print(_answer(code, message), end="")
     return status
+
+
+def _line(message: str) -> str:
+    return f"facezip: {message}\n"
+
+
+def _answer(code: str, message: str) -> str:
+    """The error for a program that asked for JSON; by the words as given, since they may be what is wrong."""
+    return to_json(ErrorDocument(error=Fault(code=code, message=message))) + "\n" if "--json" in sys.argv[1:] else ""
