@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.fit.weights import WeightSystem
 from facezip.machine.kernels import inner, kernel
 from facezip.machine.shuffles import add_fours, folded, transposed
 from facezip.machine.vectors import (
@@ -58,9 +57,9 @@ class Equations(NamedTuple):
     right: NDArray[np.float32]
 
 
-def no_equations(rows: int, shape: tuple[int, ...], spare: int) -> Equations:
-    """Of weights of ``shape`` ``(h, R, N, w)``."""
-    _, slots, count, w = shape
+def no_equations(shape: tuple[int, ...], spare: int) -> Equations:
+    """Of rows of weights of ``shape`` ``(rows, R, N, w)``, and so many columns to spare."""
+    rows, slots, count, w = shape
     pairs = slots * (slots + 1) // 2
     padded, all_pairs = (-(-number // ABREAST) * ABREAST for number in (slots, pairs))
     return Equations(
@@ -169,23 +168,27 @@ def _shared(turned: tuple[float, ...], shares: NDArray[np.float32], q: int) -> f
 
 
 @kernel()
-def add_equations(equations: Equations, begin: int, scale: np.float32, system: WeightSystem) -> None:
-    """Add a part to a system, from row ``begin`` on; :func:`complete` is to follow.
+def add_equations(
+    equations: Equations, scale: np.float32, matrix: NDArray[np.float32], right: NDArray[np.float32]
+) -> None:
+    """Add a part to its rows of a system, whose :func:`complete` is to follow.
 
-    ``scale`` is what differences of texels are to be multiplied with.
+    Parameters
+    ----------
+    scale : what differences of texels are to be multiplied with.
+    matrix, right : of the system, as in :class:`facezip.fit.weights.WeightSystem`.
     """
-    matrix, right = equations
-    _, slots, count, w = system.right.shape
+    _, slots, count, w = right.shape
     for y in range(len(right)):
         pair = 0
         for i in range(slots):
             for n in range(count):
                 for x in range(w):
-                    system.right[begin + y, i, n, x] += scale * right[y, i, n, x]
+                    right[y, i, n, x] += scale * equations.right[y, i, n, x]
             for j in range(i + 1):
                 for k in range(len(CELLS)):
                     for x in range(w):
-                        system.matrix[begin + y, i, j, CELLS[k], x] += matrix[y, pair, k, x]
+                        matrix[y, i, j, CELLS[k], x] += equations.matrix[y, pair, k, x]
                 pair += 1
 
 

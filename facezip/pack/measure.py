@@ -117,7 +117,7 @@ def _squared_errors(
     columns, counts = most_columns(grid.columns), room(1)
     shares, weight = room(columns).reshape(columns, LANES), room(slots).reshape(slots, LANES)
     upper, lower = room(count * slots).reshape(count, slots, LANES), room(count * slots).reshape(count, slots, LANES)
-    tile, neutral = no_tile(stored, bottom - top), room(channels).reshape(channels, LANES)
+    tile, neutral = no_tile(stored, top, bottom), room(channels).reshape(channels, LANES)
     differences = room(channels * slots).reshape(channels, slots, LANES)
     total = np.zeros(count)
     for left in range(0, width, LANES):

@@ -91,9 +91,9 @@ def expand_strip(
 
 
 @inner()
-def no_tile(stored: Stored, rows: int) -> Texels:
+def no_tile(stored: Stored, top: int, bottom: int) -> Texels:
     """Room for a tile ``(rows, WIDE / LANES, 1 + N, C, LANES)``: of every strip the neutral, then all expressions."""
-    count, channels = 1 + len(stored.textures), stored.neutral.shape[2]
+    rows, count, channels = bottom - top, 1 + len(stored.textures), stored.neutral.shape[2]
     size = rows * count * channels * WIDE
     # Three channels are looked at, whether there are as many or not.
     numbers = np.empty(size + 2 * LANES, stored.neutral.dtype)

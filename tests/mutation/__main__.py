@@ -19,7 +19,11 @@ from tests.mutation.replacing import file_of
 from tests.mutation.trial import try_all
 
 PACK = [f"tests/facezip/pack/{name}.py" for name in ("test_manifest", "test_golden", "test_packs")]
-FIT = "tests/facezip/fit"
+SWEEP = [
+    "tests/facezip/fit/test_sweep.py",
+    "tests/facezip/fit/test_locks.py::test_textures_around_locked_ones_are_least_squares",
+    "tests/facezip/fit/test_joint.py::test_joint_equations_are_the_sum_of_each_maps",
+]
 # Each module, and the tests that hold it.
 TESTS = {
     "facezip.pack.manifest": PACK,
@@ -27,11 +31,8 @@ TESTS = {
     "facezip.pack.checks": ["tests/facezip/pack/test_checks.py", *PACK[:1]],
     "facezip.pack.verification": ["tests/facezip/pack/test_packs.py"],
     "facezip.pack.quantise": ["tests/facezip/pack/test_quantise.py", *PACK[1:]],
-    "facezip.fit.sweep": [
-        f"{FIT}/test_sweep.py",
-        f"{FIT}/test_locks.py::test_textures_around_locked_ones_are_least_squares",
-        f"{FIT}/test_joint.py::test_joint_equations_are_the_sum_of_each_maps",
-    ],
+    "facezip.fit.sweep": SWEEP,
+    "facezip.fit.passes": SWEEP,
     "render.decision": ["tests/render/test_decision.py"],
     "render.plugin.statistics": ["tests/render/plugin/test_statistics.py"],
 }
