@@ -5,8 +5,9 @@ from contextlib import suppress
 from typing import Any
 
 from numba import njit
-from numba.core.caching import FunctionCache
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 
+from facezip.machine.kernel_sources import stamp
 from facezip.machine.progress import say_once
 
 # Numba's decorators carry no types, and take arrays of several.
@@ -14,7 +15,14 @@ Compiled = Callable[[Callable[..., Any]], Any]
 
 
 class _Cache(FunctionCache):  # type: ignore[misc]
-    """Numba's, for which a disk that is full is no reason to give up: what is compiled serves the process."""
+    """Numba's, for whom what is kept is old once any file is another that it came from, not the function's own alone.
+
+    A disk that is full is no reason to give up: what is compiled serves the process.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        self._cache_file = IndexDataCacheFile(self._cache_path, self._impl.filename_base, stamp(function))
 
     def load_overload(self, sig: object, target_context: object) -> object:
         found = super().load_overload(sig, target_context)
