@@ -12,6 +12,7 @@ from facezip.pack.footprint import Footprint, Texture
 from facezip.pack.model import CompressedTextures
 from facezip.pack.parsing import read_manifest
 from facezip.pack.read import read_pack
+from facezip.pack.same_neutral import warn_of_another
 from facezip.pack.verification import is_pack
 from render.documents.judged import TextureFacts
 from render.staging import Source, staged
@@ -32,6 +33,7 @@ def candidate(character: Character, path: Path) -> Candidate:
     if is_pack(path):
         model = read_pack(path)
         check_belongs(character, model, path)
+        warn_of_another(character, model, path)
         facts = pack_facts(path, read_manifest(path))
         errors = model_errors(character, model)
         return Candidate(path.stem, staged(character, texels_of(model)), facts, errors)

@@ -1,11 +1,12 @@
 """Is the neutral of some scans that of a pack: expressions are differences from it, and mean nothing beside another."""
 
+import logging
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.maps import Key
+from facezip.character.maps import ALBEDO, Key
 from facezip.character.meshes import Meshes
 from facezip.character.neutrals import packed_neutral
 from facezip.character.scans import Character
@@ -13,9 +14,12 @@ from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import Texels, to_float
 from facezip.files.obj import Topology
 from facezip.machine.rows import map_rows
+from facezip.names import printable
 from facezip.pack.belonging import check_sizes
 from facezip.pack.model import CompressedTextures
 from facezip.pack.quantise import StoredTextures
+
+_log = logging.getLogger("facezip")
 
 # RMSE of 255 of a map inside the mask: more than another encoding of an image changes, less than another scan does.
 MOST_TEXTURE = 2.0
@@ -47,6 +51,22 @@ def check_same_neutral(character: Character, stored: StoredTextures, model: Comp
             raise _other(character, path, f"{key[0]} differs by {gap:.1f} of 255 inside the mask", MOST_TEXTURE)
     if stored.meshes is not None:
         _check_meshes(character, stored.meshes, path)
+
+
+def warn_of_another(character: Character, textures: StoredTextures | CompressedTextures, path: Path) -> None:
+    """Log where the albedo of a pack's neutral is not that of the scans: what is found may be of another person.
+
+    No error: a pack of cleaned or retouched scans may be compared with the scans before.
+
+    Parameters
+    ----------
+    character, textures : scans, and the pack ``path``, of the same sizes (:func:`facezip.pack.belonging.check_sizes`).
+    """
+    keys = [key for key in textures.parts if key[0] == ALBEDO and key in character.stacks]
+    gap = max((_gap(character, textures.parts[key].neutral, key) for key in keys), default=0.0)
+    if gap > MOST_TEXTURE:
+        difference = f"its neutral's albedo differs by {gap:.1f} of 255 from that of {character.name}"
+        _log.warning("warning: %s: %s; give the scans that the pack was made from", printable(str(path)), difference)
 
 
 def _check_meshes(character: Character, theirs: Meshes, path: Path) -> None:

@@ -16,6 +16,7 @@ from facezip.files.images import to_float
 from facezip.machine.rows import by_rows
 from facezip.pack.belonging import check_sizes
 from facezip.pack.model import CompressedTextures
+from facezip.pack.same_neutral import warn_of_another
 from facezip.rigging.weightmaps import Examples
 
 RIG = "rig.json"
@@ -85,6 +86,7 @@ def originals_of(character: Character, model: CompressedTextures, path: Path) ->
         ``SIZE_MISMATCH``, or ``UNKNOWN_NAME`` where the pack belongs to other scans.
     """
     check_sizes(character, model, path)
+    warn_of_another(character, model, path)
     missing = [name for name in model.expressions if name not in character.expressions]
     if missing:
         return _naive(character, model, path, missing[0])

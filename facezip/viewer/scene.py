@@ -18,6 +18,7 @@ from facezip.pack.manifest import Manifest, MapEntry, TextureEntry, TileEntry
 from facezip.pack.masked import MaskedWeights
 from facezip.pack.quantise import ZERO, StoredTextures
 from facezip.pack.read import read_stored
+from facezip.pack.same_neutral import warn_of_another
 from facezip.pack.verification import bytes_on_disk, verify_pack
 from facezip.rigging.sequences import poses_for
 from facezip.viewer.assets import Assets, original_assets, pack_assets
@@ -72,6 +73,8 @@ def _read(pack: Path, character: Character | None) -> _Read:
     if character is not None:
         _check_same(character, manifest, pack)
     stored = read_stored(pack, manifest)
+    if character is not None:
+        warn_of_another(character, stored, pack)
     with reading(pack):
         return _Read(manifest, stored, pack_assets(pack, manifest, stored), bytes_on_disk(pack))
 
