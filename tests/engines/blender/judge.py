@@ -88,4 +88,5 @@ def main():
     Path(sys.argv[1]).with_name("answers.json").write_text(json.dumps({"version": bpy.app.version_string}))
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -22,12 +22,13 @@ func _show(case: Dictionary) -> void:
 	viewport.own_world_3d = true
 	viewport.size = size * int(case["zoom"])
 	viewport.render_target_update_mode = SubViewport.UPDATE_ALWAYS
-	var camera := Camera3D.new()
-	camera.set_orthogonal(1.0, 0.1, 100.0)
-	camera.position = Vector3(0.5 * width, 0.5, 50.0)
+	var camera := _camera(case, width)
 	camera.environment = _ambient()
 	viewport.add_child(camera)
 	var light := DirectionalLight3D.new()
+	if case.has("light"):
+		light.transform = _looking(case["light"], [0, 0, 0])
+		viewport.msaa_3d = Viewport.MSAA_4X
 	viewport.add_child(light)
 	var head := _head(case)
 	viewport.add_child(head)
@@ -39,7 +40,7 @@ func _show(case: Dictionary) -> void:
 	for view: String in case["views"]:
 		var words: Dictionary = case["views"][view]
 		light.visible = words["lit"]
-		camera.environment.ambient_light_energy = 0.0 if words["lit"] else 1.0
+		camera.environment.ambient_light_energy = words.get("ambient", 0.0 if words["lit"] else 1.0)
 		head.visible = not words["plain"]
 		plain.visible = words["plain"]
 		_rewrite(face, words)
@@ -53,6 +54,23 @@ func _show(case: Dictionary) -> void:
 			image.convert(Image.FORMAT_RGB8)
 			_page.picture(case["name"], view, pose, Marshalls.raw_to_base64(image.get_data()))
 	viewport.queue_free()
+
+
+## In front of the texels laid flat, or where the case says.
+func _camera(case: Dictionary, width: float) -> Camera3D:
+	var camera := Camera3D.new()
+	if not case.has("camera"):
+		camera.set_orthogonal(1.0, 0.1, 100.0)
+		camera.position = Vector3(0.5 * width, 0.5, 50.0)
+		return camera
+	camera.set_perspective(case["camera"]["field_of_view"], 1.0, 1000.0)
+	camera.transform = _looking(case["camera"]["origin"], case["camera"]["target"])
+	return camera
+
+
+func _looking(from: Array, to: Array) -> Transform3D:
+	var origin := Vector3(from[0], from[1], from[2])
+	return Transform3D(Basis.looking_at(Vector3(to[0], to[1], to[2]) - origin), origin)
 
 
 ## Light from everywhere, of one: what is seen is the albedo.
