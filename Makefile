@@ -43,12 +43,13 @@ pictures: demo
 	$(BIN)/python -m tests.browser.pictures out/demo docs
 	$(BIN)/python -m reports.timeline 2048 docs/timeline.svg
 
-# Exports in Blender, USD and MaterialX, and the verdict of the demo once more in Cycles: tens of minutes.
+# Exports in Blender, USD and MaterialX, the verdict of the demo once more in Cycles, and a picture: tens of minutes.
 engines: .venv/ready .venv-engines/ready
 	$(BIN)/python -m pytest -rs tests/engines/test_blender.py tests/engines/test_judge.py tests/engines/test_usd.py
 	test -d out/demo || $(MAKE) demo
 	$(BIN)/python -m tests.engines.figures out/demo/character.facezip
 	$(BIN)/python -m tests.engines.judge out/demo
+	$(BIN)/python -m tests.engines.pictures out/demo docs/editors.webp
 
 # Damage, kills, power cuts, refused calls, size claims, hostile names, mutants and fuzzing, as one table: 20 minutes.
 trust: .venv/ready

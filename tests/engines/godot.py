@@ -29,17 +29,22 @@ class Shown:
     pictures : ``(H, W, 3)`` uint8 by case, view and pose.
     meshes : by case the names of blend shapes, whether there is a skin, and the vertices of every surface.
     errors : what the engine printed as such.
+    version : the engine's own.
     """
 
     pictures: dict[tuple[str, str, str], np.ndarray]
     meshes: dict[str, dict]
     errors: list[str]
+    version: str
 
 
 def run(browser, runtime: Path, files: Mapping[str, bytes], cases: list[dict]) -> Shown:
-    """Show ``cases`` in one start of the engine; ``files`` lie in the project by their paths."""
+    """Show ``cases`` in one start of the engine; ``files`` lie in the project by their paths.
+
+    A case may have its own ``zoom``, and a ``portrait`` of :mod:`tests.engines.pictures` instead of texels laid flat.
+    """
     project = {file.name: file.read_bytes() for file in PROJECT.iterdir() if file.suffix != ".html"}
-    asked = [case | {"zoom": ZOOM} for case in cases]
+    asked = [{"zoom": ZOOM} | case for case in cases]
     # The engine asks for the list of classes with names, of which there are none.
     project |= {".godot/global_script_class_cache.cfg": b"list=[]\n", "cases.json": json.dumps(asked).encode()}
     archive = pck({**project, **files})
@@ -50,14 +55,16 @@ def run(browser, runtime: Path, files: Mapping[str, bytes], cases: list[dict]) -
         page.on("pageerror", lambda error: faults.append(str(error)))
         page.goto(f"{address}/page.html")
         page.locator("body.done, body.failed").wait_for(timeout=DONE_MS, state="attached")
-        pictures, meshes, errors = page.evaluate("[pictures, meshes, errors]")
-    sizes = {case["name"]: [side * ZOOM for side in case["size"]] for case in cases}
-    middle = slice(ZOOM // 2, None, ZOOM)
-    texels = {
-        (name, view, pose): np.frombuffer(base64.b64decode(content), np.uint8).reshape(*sizes[name], 3)[middle, middle]
-        for name, view, pose, content in pictures
-    }
-    return Shown(texels, meshes, [*errors, *faults])
+        pictures, meshes, errors, version = page.evaluate("[pictures, meshes, errors, version]")
+    of = {case["name"]: case for case in asked}
+    texels = {(name, view, pose): _texels(content, of[name]) for name, view, pose, content in pictures}
+    return Shown(texels, meshes, [*errors, *faults], version)
+
+
+def _texels(content: str, case: dict) -> np.ndarray:
+    zoom = case["zoom"]
+    pixels = np.frombuffer(base64.b64decode(content), np.uint8).reshape(*(side * zoom for side in case["size"]), 3)
+    return pixels[zoom // 2 :: zoom, zoom // 2 :: zoom]
 
 
 @contextmanager

@@ -16,6 +16,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from facezip.character.loading import load_character
+from facezip.character.units import in_metres
 from facezip.export import TARGETS
 from render.exr import read_exr
 from render.limits import DECIDING, DEFAULT_THRESHOLDS
@@ -81,7 +82,7 @@ def judged(demo, view_name, light):
     report = json.loads((demo / "report" / "report.json").read_text(encoding="utf-8"))
     views = {view["name"]: View(**{**view, "aim": tuple(view["aim"])}) for view in report["conditions"]["views"]}
     scans = load_character(demo / "character")
-    maps, frame = [kind.name for kind in scans.maps], frame_of(scans.meshes.neutral)
+    maps, frame = [kind.name for kind in scans.maps], frame_of(in_metres(scans.meshes).neutral)
     renders = {row["expression"]: row for row in report["renders"] if (row["view"], row["light"]) == (view_name, light)}
     with TemporaryDirectory() as place:
         folder = Path(place)

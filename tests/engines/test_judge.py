@@ -1,10 +1,9 @@
 """The second judge sees nothing where there is nothing, what there is, and from where the first one looks."""
 
-import json
-
 import pytest
 
 from facezip.character.loading import load_character, save_character
+from facezip.documents.document import to_json
 from facezip.fit.methods import compress
 from facezip.pack.write import write_pack
 from render.candidates import candidate
@@ -28,7 +27,7 @@ def verdict(tmp_path_factory):
     (demo / "report").mkdir()
     settings = Settings(views=VIEWS[1:2], lights=("side",), resolution=96, spp=16, max_spp=16)
     document = validate(scans, [candidate(scans, demo / "character.facezip")], demo / "report", settings)
-    (demo / "report" / "report.json").write_text(json.dumps(document), encoding="utf-8")
+    (demo / "report" / "report.json").write_text(to_json(document), encoding="utf-8")
     return judged(demo, "three_quarter_left", "side")
 
 

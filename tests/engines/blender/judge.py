@@ -19,16 +19,22 @@ from scene import build, pose, render, use_cycles
 UPRIGHT = Matrix(((1, 0, 0, 0), (0, 0, -1, 0), (0, 1, 0, 0), (0, 0, 0, 1)))
 
 
+def facing(origin, target):
+    """Where a thing of Blender's is that looks from one point at another, both as in glTF."""
+    origin, target = Vector(origin), Vector(target)
+    back = (origin - target).normalized()
+    right = Vector((0, 1, 0)).cross(back).normalized()
+    axes = Matrix((right, back.cross(right), back)).transposed()
+    return UPRIGHT @ Matrix.Translation(origin) @ axes.to_4x4()
+
+
 def add_camera(facts, resolution):
     data = bpy.data.cameras.new("camera")
     data.angle = radians(facts["field_of_view"])
     camera = bpy.data.objects.new("camera", data)
-    origin, target = (Vector(facts[key]) for key in ("origin", "target"))
-    back = (origin - target).normalized()
-    right = Vector((0, 1, 0)).cross(back).normalized()
-    axes = Matrix((right, back.cross(right), back)).transposed()
-    camera.matrix_world = UPRIGHT @ Matrix.Translation(origin) @ axes.to_4x4()
-    data.clip_start, data.clip_end = 0.01 * (origin - target).length, 10 * (origin - target).length
+    camera.matrix_world = facing(facts["origin"], facts["target"])
+    distance = (Vector(facts["origin"]) - Vector(facts["target"])).length
+    data.clip_start, data.clip_end = 0.01 * distance, 10 * distance
     scene = bpy.context.scene
     scene.collection.objects.link(camera)
     scene.camera = camera
@@ -88,4 +94,5 @@ def main():
     Path(sys.argv[1]).with_name("answers.json").write_text(json.dumps({"version": bpy.app.version_string}))
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -11,7 +11,7 @@ var _page := JavaScriptBridge.get_interface("facezip")
 func _ready() -> void:
 	for case: Dictionary in JSON.parse_string(FileAccess.get_file_as_string("res://cases.json")):
 		await _show(case)
-	_page.done()
+	_page.done(Engine.get_version_info()["string"])
 
 
 ## One head: a viewport of a few pixels a texel, and a camera in front that sees all of its tiles.
@@ -27,8 +27,12 @@ func _show(case: Dictionary) -> void:
 	camera.position = Vector3(0.5 * width, 0.5, 50.0)
 	camera.environment = _ambient()
 	viewport.add_child(camera)
-	var light := DirectionalLight3D.new()
-	viewport.add_child(light)
+	var lights := Node3D.new()
+	viewport.add_child(lights)
+	if case.has("portrait"):
+		_portray(case["portrait"], viewport, camera, lights)
+	else:
+		lights.add_child(DirectionalLight3D.new())
 	var head := _head(case)
 	viewport.add_child(head)
 	var plain := _plain(width)
@@ -38,7 +42,7 @@ func _show(case: Dictionary) -> void:
 	_page.mesh(case["name"], JSON.stringify(_described(face)))
 	for view: String in case["views"]:
 		var words: Dictionary = case["views"][view]
-		light.visible = words["lit"]
+		lights.visible = words["lit"]
 		camera.environment.ambient_light_energy = 0.0 if words["lit"] else 1.0
 		head.visible = not words["plain"]
 		plain.visible = words["plain"]
@@ -53,6 +57,26 @@ func _show(case: Dictionary) -> void:
 			image.convert(Image.FORMAT_RGB8)
 			_page.picture(case["name"], view, pose, Marshalls.raw_to_base64(image.get_data()))
 	viewport.queue_free()
+
+
+## A camera and suns as the case says, in the place of those for texels laid flat.
+func _portray(portrait: Dictionary, viewport: SubViewport, camera: Camera3D, lights: Node3D) -> void:
+	viewport.msaa_3d = Viewport.MSAA_4X
+	var distance: float = portrait["distance"]
+	camera.set_perspective(portrait["camera"]["field_of_view"], 0.1 * distance, 10.0 * distance)
+	camera.transform = _looking(portrait["camera"]["origin"], portrait["camera"]["target"])
+	camera.environment.background_color = Color(portrait["backdrop"])
+	for sun: Dictionary in portrait["suns"]:
+		var light := DirectionalLight3D.new()
+		light.transform = _looking(sun["from"], [0, 0, 0])
+		light.light_energy = sun["energy"]
+		light.light_color = Color(sun["colour"][0], sun["colour"][1], sun["colour"][2]).linear_to_srgb()
+		lights.add_child(light)
+
+
+func _looking(from: Array, to: Array) -> Transform3D:
+	var origin := Vector3(from[0], from[1], from[2])
+	return Transform3D(Basis.looking_at(Vector3(to[0], to[1], to[2]) - origin), origin)
 
 
 ## Light from everywhere, of one: what is seen is the albedo.
