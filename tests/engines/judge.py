@@ -77,7 +77,7 @@ def pictures(*images):
     return [Picture(display(image[..., :3])[crop], head[crop]) for image in images]
 
 
-def judged(demo, view_name, light):
+def judged(demo, view_name, light, samples=SAMPLES):
     """Rows: the expression, metrics of Mitsuba and of Cycles; the noise floor of Cycles; Blender's version."""
     report = json.loads((demo / "report" / "report.json").read_text(encoding="utf-8"))
     views = {view["name"]: View(**{**view, "aim": tuple(view["aim"])}) for view in report["conditions"]["views"]}
@@ -92,7 +92,7 @@ def judged(demo, view_name, light):
             "folder": str(folder / "face"),
             "names": scans.expressions,
             "resolution": report["conditions"]["resolution"],
-            "samples": SAMPLES,
+            "samples": samples,
             "camera": camera(views[view_name], frame),
             "lights": lights(light, frame),
             "shots": asked,
