@@ -108,7 +108,11 @@ def counted_from_zero(written: Iterable[tuple[str, str]]) -> Note:
 def asking(found: Found) -> Found:
     """The same; what is called nearly like the mask may be meant where there is no mask alone."""
     tiles_without = {tile for _, tile in found.maps.get(ALBEDO, {})} - {*found.masks}
-    return replace(found, notes=[replace(note, asks=note.asks and bool(tiles_without)) for note in found.notes])
+    if tiles_without:
+        return found
+    of_mask = [is_like_a_mask(Path(note.file).stem) for note in found.notes]
+    notes = [replace(note, asks=note.asks and not mask) for note, mask in zip(found.notes, of_mask, strict=True)]
+    return replace(found, notes=notes)
 
 
 def texture_among(files: Iterable[Path], name: str) -> Path | None:
@@ -128,8 +132,10 @@ def texture_among(files: Iterable[Path], name: str) -> Path | None:
 
 def second_texture(path: Path, beside: Path, what: str = "texture") -> FaceZipError:
     """The error for two files of one texture, or mesh."""
-    name = beside.name if beside.parent == path.parent else f"{beside.parent.name}/{beside.name}"
-    return FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: a second {what} beside {name}; keep one of them")
+    name, remedy = beside.name, "keep one of them"
+    if beside.parent != path.parent:
+        name, remedy = f"{beside.parent.name}/{name}", f"{remedy}, or say in character.toml (docs/maps.md) which it is"
+    return FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: a second {what} beside {name}; {remedy}")
 
 
 def taken_apart(path: Path, owners: dict[str, str]) -> Image:

@@ -70,7 +70,17 @@ def spelled(folder: Path, meshes: NamedMeshes) -> Spelled:
     except Ambiguous as doubt:
         reason = f"{doubt}; rename one of these meshes, or say what is what in character.toml (docs/maps.md)"
         raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{folder}: {reason}") from None
-    return Spelled(images, readings, meanings(readings.values()), beside)
+    return Spelled(images, readings, _settled(images, readings, meshes), beside)
+
+
+def _settled(images: dict[str, Path], readings: dict[str, Reading], meshes: NamedMeshes) -> dict[str, MapWord | None]:
+    """What patterns mean; of images beside meshes, or above them, the name of the folder need not say it."""
+    says = meanings(readings.values())
+    homes = {parent for path in meshes.files.values() for parent in path.parents}
+    for name, reading in readings.items():
+        if (said := says[reading.like]) is not None and images[name].parent in homes:
+            says[reading.like] = replace(said, guessed=False)
+    return says
 
 
 def unused_below(folder: Path, meshes: NamedMeshes, found: Found) -> list[Note]:
@@ -99,9 +109,10 @@ def _images(folder: Path, files: Iterable[Path]) -> dict[str, Path]:
 def is_custom(folder: Path, meshes: NamedMeshes) -> bool:
     """Whether custom says what every image in a folder is that has a mesh's name; so too where none has."""
     images = [path for path in visible_files(folder) if path.suffix.lower() in TEXTURE_SUFFIXES]
-    plain = [path for path in images if taken_apart(path, meshes.owners).owner is not None]
+    owners = {path: taken_apart(path, meshes.owners).owner for path in images}
+    plain = [path for path, owner in owners.items() if owner not in (None, MASK)]
     names = called(meshes.called)
-    others = [path for path in images if path not in plain and not is_like_a_mask(path.stem)]
+    others = [path for path, owner in owners.items() if owner is None and not is_like_a_mask(path.stem)]
     if plain and others:
         return not any(True for path in others for _ in readings_of(path.name, names))
     return bool(plain) or not any(True for path in files_near(folder) for _ in readings_of(within(folder, path), names))
@@ -120,7 +131,8 @@ class _Sorting:
     def __init__(self, folder: Path, meshes: NamedMeshes, materials: dict[str, dict[str, str]], look: Spelled) -> None:
         self._folder, self._meshes, self._look = folder, meshes, look
         self._up = [says.green_down for says in look.says.values() if says and says.map == NORMAL]
-        used = [reading.tile for reading in look.readings.values() if (says := look.says[reading.like]) and says.map]
+        self._knows_albedo = any(says.map == ALBEDO and not says.guessed for says in look.says.values() if says)
+        used = [reading.tile for reading in look.readings.values() if self._is_used(look.says[reading.like])]
         self._first = first_tile(used)
         down = True in self._up and False not in self._up
         self._found = Found(meshes.files, numbered=any(used), green_down=down, materials=materials)
@@ -138,6 +150,9 @@ class _Sorting:
                 refuse(error)
         return asking(self._found)
 
+    def _is_used(self, says: MapWord | None) -> bool:
+        return says is not None and says.map != "" and not (says.guessed and self._knows_albedo)
+
     def _sort_in(self, name: str, path: Path, is_read: bool) -> None:
         reading, mask = self._look.readings.get(name), taken_apart(path, {})
         if mask.owner == MASK:
@@ -148,6 +163,8 @@ class _Sorting:
             self._refuse_unknown(path, reading)
         elif not says.map:
             self._note(name, f"left out: {says.says}, which no map takes")
+        elif not self._is_used(says):
+            self._note(name, "left out: the name of its folder says no map, and the albedo is elsewhere")
         elif says.green_down and False in self._up:
             self._note(name, "left out: normals with green down; those with green up are there")
         else:
@@ -171,7 +188,7 @@ class _Sorting:
         put(map, (reading.owner, tile), path)
         plain = taken_apart(path, self._meshes.owners)
         if not self._look.beside or (plain.owner, plain.parts.map or ALBEDO) != (reading.owner, says.map):
-            self._note(name, _taken(says))
+            self._note(name, _taken(says), says.guessed)
 
     def _sort_out(self, name: str, path: Path, is_read: bool) -> None:
         """An image of no mesh."""
@@ -191,11 +208,13 @@ class _Sorting:
             raise no_map(path, reading.owner, behind.lstrip("._ -"), behind.startswith("."))
         self._found.notes.append(note)
 
-    def _note(self, name: str, words: str) -> None:
-        self._found.notes.append(Note(name, words))
+    def _note(self, name: str, words: str, asks: bool = False) -> None:
+        self._found.notes.append(Note(name, words, asks))
 
 
 def _taken(says: MapWord) -> str:
+    if says.guessed:
+        return f"taken for the {says.map}, which its folder's name does not say; if it is, call the folder {says.map}"
     if says.map != NORMAL:
         return f"taken for the {says.map}"
     if says.green_down is None:

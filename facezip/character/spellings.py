@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from pathlib import PurePosixPath
 
 from facezip.character.filenames import TILE
-from facezip.character.map_words import MapWord, meant, says_nothing
-from facezip.character.maps import ALBEDO
+from facezip.character.map_words import MapWord, meant, meant_by_folder, says_nothing
 from facezip.character.scans import NEUTRAL
 from facezip.names import folded
 
@@ -33,7 +32,7 @@ class Reading:
     owner : the mesh that it is of.
     pattern : the path without its suffix, with ``{name}`` and ``{tile}``.
     words : what the file is called besides, in small letters; ``before`` of them stand before the name.
-    folder : what its folder is called, likewise; nothing where that is the name.
+    folder : what the nearest folder is called that has not that name, likewise; nothing where there is none.
     tile : as it is written; "" where none is said.
     """
 
@@ -100,7 +99,7 @@ def _reading(
     rest = behind if tile is None else f"{behind[: tile.start()]}{{tile}}{behind[tile.end() :]}"
     pattern = "/".join([*places, rest if before is None else f"{before}{{name}}{rest}"])
     first, last = words_of(before or ""), words_of(rest.replace("{tile}", ""))
-    folder = words_of(places[-1]) if places and places[-1] != "{name}" else ()
+    folder = words_of(next((part for part in reversed(places) if part != "{name}"), ""))
     return Reading(owner, pattern, (*first, *last), len(first), folder, tile[0] if tile else "")
 
 
@@ -122,7 +121,7 @@ def _shared(words: Sequence[Words]) -> int:
 
 def _said(words: Words, before: int, folder: Words) -> MapWord | None:
     if says_nothing(words):
-        return meant(folder) or MapWord(ALBEDO, ALBEDO)
+        return meant_by_folder(folder)
     # A letter before a name is no custom: 'T' of Unreal, or somebody's initials.
     if any(len(word) == 1 and not says_nothing((word,)) for word in words[:before]):
         return None

@@ -63,7 +63,7 @@ def _map_lines(look: Spelled) -> list[str]:
     owners: dict[str, set[str]] = {}
     for reading in look.readings.values():
         owners.setdefault(reading.like, set()).add(reading.owner)
-    maps = {like: says.map for like, says in look.says.items() if says is not None}
+    maps = {like: says.map for like, says in look.says.items() if says is not None and not says.guessed}
     unknown = [like for like in owners if like not in maps]
     if ALBEDO not in maps.values() and unknown:
         maps[max(unknown, key=lambda like: len(owners[like]))] = ALBEDO

@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from facezip import ErrorCode, FaceZipError
 from facezip.character.examination import examine_character
 from facezip.character.loading import load_character, save_character
-from facezip.character.map_words import meant
+from facezip.character.map_words import meant, meant_by_folder
 from facezip.character.spellings import Ambiguous, called, chosen, meanings, readings_of, words_of
+from facezip.files.images import write_texture
 from facezip.names import folded
 from tests.facezip.surfaces import random_surface
 
@@ -114,6 +115,40 @@ def test_a_name_that_can_be_taken_apart_in_two_ways_is_refused_with_both():
     files = ("neutral.png", "Jaw.png", "Jaw_N.png", "neutral_N.png", "Jaw_N_N.png")
     with pytest.raises(Ambiguous, match=r"Jaw_N\.png may be '\{name\}(_N)?' of 'Jaw(_N)?' or '\{name\}(_N)?' of"):
         chosen({file: [*readings_of(file, known)] for file in files})
+
+
+# Names of folders, and what images in them are that are called as meshes are; None where nothing says it.
+FOLDERS = {
+    "albedo": (
+        *(
+            "textures",
+            "Texture",
+            "tex",
+            "maps",
+            "Textures_4k",
+            "2048",
+            "images",
+            "img",
+            "photos",
+            "png",
+            "tif_4k",
+            "udim",
+        ),
+        *("diffuse", "Color", "colors", "albedos", "baseColor", "face_textures", "ada_albedo", "albedo_v2", "udim"),
+    ),
+    "normal": ("normals", "Normal_Maps", "nrm"),
+    "": (
+        *("dpmap", "dpmaps", "dp", "dpm", "dp_map", "disp_maps", "disps", "displace", "displaced", "displacements"),
+        *("bumps", "heights", "vdisp", "microdisp", "depth", "depth_maps", "my_displacement_v2", "disp_images", "AO"),
+    ),
+    None: ("foo", "final", "ada", "scan_02", "wrinkle_maps", "ada_normals", "d_ada"),
+}
+
+
+@pytest.mark.parametrize(("map", "folder"), [(map, folder) for map, some in FOLDERS.items() for folder in some])
+def test_a_folder_says_of_which_map_its_images_are_or_it_is_a_guess(map, folder):
+    said = meant_by_folder(words_of(folder))
+    assert (said.map, said.guessed) == (("albedo", True) if map is None else (map, False))
 
 
 NAMES = ("neutral", "expr_0", "expr_1")
@@ -216,6 +251,47 @@ def test_maps_in_a_folder_beside_textures_are_never_passed_over(plain, tmp_path)
     assert {note.file for note in notes} == {f"Normal/{name}.{tile}.png" for name in NAMES for tile in (1001, 1002)}
     shutil.copytree(folder / "Normal", folder / "old")
     assert [note for note in load_character(folder).notes if note.asks] == notes
+
+
+BESIDE = all_of("models_reg/{name}{map}.{tile}.png", "", "_n", "_r")
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.sampled_from(["dpmap", "foo", "aaa", "Displacement", "zzz/{name}"]))
+def test_images_in_a_folder_of_any_other_name_never_take_the_place_of_those_beside_the_meshes(plain, other):
+    with tempfile.TemporaryDirectory() as place:
+        folder = respelt(plain, place, BESIDE, "models_reg/{name}.obj")
+        for path in [*folder.rglob("*_r.*.png")]:
+            name, _, tile, _ = re.split(r"_r|\.", path.name)
+            to = folder / other.replace("{name}", name) / f"{name}.{tile}.png"
+            to.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(path, to)
+        found = load_character(folder)
+        assert same(load_character(plain), found)
+        left_out = [note for note in found.notes if "left out" in note.words and not note.asks]
+        assert len(left_out) == 2 * len(NAMES)
+        assert all(note.file.startswith(other.split("/")[0]) for note in left_out)
+
+
+@pytest.mark.parametrize("masked", [False, True])
+def test_images_that_are_in_a_folder_of_an_unknown_name_alone_are_asked_about(plain, tmp_path, masked):
+    folder = respelt(
+        plain, tmp_path, SUBSTANCE | {"albedo": "foo/{name}.{tile}.png", "normal": "foo/{name}_n.{tile}.png"}
+    )
+    for path in folder.glob("*Roughness*"):
+        path.rename(folder / "foo" / path.name)
+    if masked:
+        for tile in (1001, 1002):
+            write_texture(folder / f"mask.{tile}.png", np.full((16, 8, 1), 255, np.uint8))
+    found = load_character(folder)
+    np.testing.assert_array_equal(found.texture("expr_1"), load_character(plain).texture("expr_1"))
+    asked = {note.file for note in found.notes if note.asks}
+    assert asked == {f"foo/{name}.{tile}.png" for name in NAMES for tile in (1001, 1002)}
+
+
+def test_images_in_a_folder_of_displacement_alone_are_no_albedo(plain, tmp_path):
+    folder = respelt(plain, tmp_path, all_of("dpmap/{name}{map}.{tile}.png", "", "_n", "_r"))
+    assert "no albedo of the neutral" in str(refused(folder))
 
 
 def refused(folder):
