@@ -11,6 +11,7 @@ from facezip.character.filenames import (
     MASK,
     TILE,
     Parts,
+    are_sizes,
     first_tile,
     is_like_a_mask,
     readings,
@@ -85,11 +86,13 @@ def files_by_custom(
     """
     files = visible_files(folder)
     images = [taken_apart(path, owners) for path in files if path.suffix.lower() in TEXTURE_SUFFIXES]
+    others = [taken_apart(path, owners) for path in files if path.suffix.lower() in OTHER_SUFFIXES]
+    if are_sizes(image.parts.tile for image in images if image.owner is not None):
+        images, others = _without_tiles(images), _without_tiles(others)
     tiles = [image.parts.tile for image in images if image.owner is not None]
     found, first = Found(meshes, numbered=any(tiles), materials=materials), first_tile(tiles)
     if first == 0:
         found.notes.append(counted_from_zero((image.path.name, image.parts.tile) for image in images))
-    others = [taken_apart(path, owners) for path in files if path.suffix.lower() in OTHER_SUFFIXES]
     for sort_in, some in ((_sort_in, images), (_check_unread, others)):
         for image in some:
             try:
@@ -146,6 +149,10 @@ def taken_apart(path: Path, owners: dict[str, str]) -> Image:
         if owner is not None and not (owner == MASK and parts.map):
             return Image(path, parts, owner)
     return Image(path, Parts(path.stem), None)
+
+
+def _without_tiles(images: list[Image]) -> list[Image]:
+    return [replace(image, parts=replace(image.parts, tile="")) for image in images]
 
 
 def _sort_in(found: Found, image: Image, first: int) -> None:

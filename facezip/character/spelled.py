@@ -20,7 +20,17 @@ from facezip.character.custom import (
     unread_note,
     without_mesh,
 )
-from facezip.character.filenames import MASK, files_near, first_tile, is_like_a_mask, is_litter, visible_files, within
+from facezip.character.filenames import (
+    ALSO_A_SIZE,
+    MASK,
+    are_sizes,
+    files_near,
+    first_tile,
+    is_like_a_mask,
+    is_litter,
+    visible_files,
+    within,
+)
 from facezip.character.map_words import MapWord
 from facezip.character.maps import ALBEDO
 from facezip.character.mesh_names import NamedMeshes
@@ -70,6 +80,8 @@ def spelled(folder: Path, meshes: NamedMeshes) -> Spelled:
     except Ambiguous as doubt:
         reason = f"{doubt}; rename one of these meshes, or say what is what in character.toml (docs/maps.md)"
         raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{folder}: {reason}") from None
+    if are_sizes(reading.tile for reading in readings.values()):
+        readings = {name: reading.without_tile() for name, reading in readings.items()}
     return Spelled(images, readings, _settled(images, readings, meshes), beside)
 
 
@@ -156,7 +168,8 @@ class _Sorting:
     def _sort_in(self, name: str, path: Path, is_read: bool) -> None:
         reading, mask = self._look.readings.get(name), taken_apart(path, {})
         if mask.owner == MASK:
-            self._put_mask(path, number_of(path, mask.parts.tile, self._first), is_read)
+            is_size = mask.parts.tile == ALSO_A_SIZE and not self._found.numbered
+            self._put_mask(path, number_of(path, "" if is_size else mask.parts.tile, self._first), is_read)
         elif reading is None:
             self._sort_out(name, path, is_read)
         elif (says := self._look.says[reading.like]) is None:

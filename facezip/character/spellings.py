@@ -7,10 +7,10 @@ two ways (``Jaw_N`` is a normal of ``Jaw``, or of an expression ``Jaw_N``) that 
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
 
-from facezip.character.filenames import TILE
+from facezip.character.filenames import ALSO_A_SIZE, TILE
 from facezip.character.map_words import MapWord, meant, meant_by_folder, says_nothing
 from facezip.character.scans import NEUTRAL
 from facezip.names import folded
@@ -19,8 +19,6 @@ Words = tuple[str, ...]
 
 _WORD = re.compile(r"[^._ \-]+")
 _TILE = re.compile(rf"(?<![^._ \-])(?:{TILE})(?![^._ \-])", re.IGNORECASE)
-# What is also the resolution of a texture is that beside another number that is a tile.
-_ALSO_A_SIZE = "1024"
 
 
 @dataclass(frozen=True)
@@ -52,6 +50,10 @@ class Reading:
     def says(self) -> MapWord | None:
         """The map that the file's own words mean, or else the folder's; None where they mean none."""
         return _said(self.words, self.before, self.folder)
+
+    def without_tile(self) -> "Reading":
+        """The same, with what looked like a tile as a part of the name that says nothing."""
+        return replace(self, pattern=self.pattern.replace("{tile}", self.tile), tile="")
 
 
 class Ambiguous(ValueError):
@@ -104,8 +106,8 @@ def _reading(
 
 
 def _tile_in(behind: str) -> re.Match[str] | None:
-    """The tile behind a name, the last of what may be one."""
-    found = sorted(_TILE.finditer(behind), key=lambda match: (match[0] != _ALSO_A_SIZE, match.start()))
+    """The tile behind a name, the last of what may be one; what is also a size is that beside another."""
+    found = sorted(_TILE.finditer(behind), key=lambda match: (match[0] != ALSO_A_SIZE, match.start()))
     return found[-1] if found else None
 
 

@@ -163,13 +163,14 @@ def plain(tmp_path_factory):
     return folder
 
 
-def respelt(plain, place, patterns, meshes="{name}.obj"):
+def respelt(plain, place, patterns, meshes="{name}.obj", masks="mask.png"):
     """The same files under other names; patterns with ``{map}`` are of all maps but the albedo."""
     folder = Path(place) / "scans"
     for path in plain.iterdir():
         name, *rest = path.stem.split(".")
-        map, tile = (rest[0] if len(rest) == 2 else "albedo"), rest[-1] if rest else ""
-        to = meshes if path.suffix == ".obj" else patterns[map]
+        tile = rest.pop() if rest and rest[-1].isdigit() else ""
+        map = rest[0] if rest else "albedo"
+        to = meshes if path.suffix == ".obj" else masks if name == "mask" else patterns[map]
         to = to.replace("{name}", name).replace("{tile}", tile).replace("{u}", tile[-1:])
         (folder / to).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(path, folder / to)
@@ -292,6 +293,40 @@ def test_images_that_are_in_a_folder_of_an_unknown_name_alone_are_asked_about(pl
 def test_images_in_a_folder_of_displacement_alone_are_no_albedo(plain, tmp_path):
     folder = respelt(plain, tmp_path, all_of("dpmap/{name}{map}.{tile}.png", "", "_n", "_r"))
     assert "no albedo of the neutral" in str(refused(folder))
+
+
+SIZES = {
+    "albedo alone": ({"albedo": "{name}_1024.png"}, "mask.png"),
+    "a mask likewise": ({"albedo": "{name}.1024.png"}, "mask_1024.png"),
+    "by custom": ({"albedo": "{name}-1024.png", "normal": "{name}.normal-1024.png"}, "mask.png"),
+    "in words": ({"albedo": "{name}_1024_BaseColor.png", "normal": "{name}_N_1024.png"}, "mask_1024.png"),
+    "in a folder": ({"albedo": "tex/{name}_1024.png", "normal": "tex/{name}_N_2048.png"}, "mask_1024.png"),
+    "of some": ({"albedo": "{name}_1024.png", "normal": "{name}_N.png"}, "mask.png"),
+}
+
+
+@pytest.mark.parametrize("style", SIZES)
+def test_a_number_that_is_also_a_size_is_that_where_all_images_say_no_other(tmp_path, style):
+    patterns, mask = SIZES[style]
+    whole = tmp_path / "whole"
+    save_character(
+        random_surface(expressions=2, side=16, maps=tuple(map for map in patterns if map != "albedo")), whole
+    )
+    write_texture(whole / "mask.png", np.full((16, 16, 1), 200, np.uint8))
+    folder = respelt(whole, tmp_path / "respelt", {**patterns}, masks=mask)
+    found = load_character(folder)
+    assert same(load_character(whole), found)
+    assert found.masked
+
+
+@pytest.mark.parametrize("pattern", ["{name}.{tile}.png", "T_{name}_BC_{tile}.png"])
+def test_beside_tiles_it_is_a_tile(tmp_path, pattern):
+    whole = tmp_path / "whole"
+    save_character(random_surface(expressions=2, side=16, maps=(), tiles=(2, 1)), whole)
+    folder = respelt(whole, tmp_path / "respelt", {"albedo": pattern})
+    for path in folder.glob("*1002*"):
+        path.rename(path.with_name(path.name.replace("1002", "1024")))
+    assert "onto tile 1002, which has no textures" in str(refused(folder))
 
 
 def refused(folder):
