@@ -237,6 +237,16 @@ def no_map(texture: Path, owner: str, behind: str, dotted: bool = False) -> Face
     )
 
 
+def another_space(texture: Path, words: str) -> FaceZipError:
+    """The error for a texture whose name states a colour space, in these words, in which it is not read."""
+    read_in = "linear sRGB" if texture.suffix.lower() == ".exr" else "sRGB"
+    return FaceZipError(
+        ErrorCode.BAD_CHARACTER,
+        f"{texture}: its name says that its colours are of '{words}', and a name alone does not state that; convert it "
+        f"to {read_in}, and leave '{words}' out of its name",
+    )
+
+
 def _no_mesh(texture: Path, name: str) -> FaceZipError:
     there = [path for path in sorted(texture.parent.iterdir()) if path.suffix.lower() in OTHER_MESHES]
     other = next((path for path in there if folded(path.stem) == folded(name)), None)

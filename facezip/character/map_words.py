@@ -8,6 +8,7 @@ for scans (RealityCapture, Metashape, Polycam, KeenTools, Wrap, light stages). L
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from facezip.character.maps import ALBEDO
 
@@ -55,6 +56,11 @@ _LEFT_OUT = (
 _NOTHING = re.compile(
     r"t|tx|tex|txt|texture|textures|map|maps|\d{1,2}k|\d{3,5}x\d{3,5}|512|1024|2048|4096|8192|16384|lod\d|srgb"
 )
+# Colour spaces that names state, each in one word or two; a file that states nothing itself is read in none of them.
+_OTHER_SPACE = re.compile(
+    r"aces(?:cg|cct|cc|20651?)?|adobergb|(?:display|dci)p3|(?:lin)?(?:rec|bt)(?:709|2020|2100)|prophoto(?:rgb)?|romm(?:rgb)?"
+    r"|lin(?:ear)?(?:srgb)?|scenelinear|logc\d?|slog\d"
+)
 # Words of folders of pictures, which hold the albedo where nothing else is said.
 _PICTURES = re.compile(r"textures?|tex|images?|imgs?|pictures?|photos?|skin")
 # So do these where no other word stands beside them.
@@ -94,6 +100,12 @@ def meant(words: Sequence[str]) -> MapWord | None:
 def says_nothing(words: Sequence[str]) -> bool:
     """Whether words of a name say nothing of a map."""
     return all(map(_NOTHING.fullmatch, words))
+
+
+def other_space(words: Sequence[str]) -> tuple[str, ...]:
+    """Those of the words of a name that state a colour space other than sRGB."""
+    together = [*((word,) for word in words), *pairwise(words)]
+    return tuple(dict.fromkeys(word for some in together if _OTHER_SPACE.fullmatch("".join(some)) for word in some))
 
 
 def meant_by_folder(words: Sequence[str]) -> MapWord:

@@ -10,6 +10,7 @@ from pathlib import Path, PurePosixPath
 
 from facezip.character.custom import (
     Found,
+    another_space,
     asking,
     counted_from_zero,
     no_map,
@@ -216,6 +217,8 @@ class _Sorting:
 
     def _refuse_unknown(self, path: Path, reading: Reading) -> None:
         note = other_note(path, self._found.materials)
+        if note is None and reading.space:
+            raise another_space(path, " ".join(reading.space))
         if note is None:
             behind = PurePosixPath(reading.pattern).name.removeprefix("{name}").replace("{tile}", reading.tile)
             raise no_map(path, reading.owner, behind.lstrip("._ -"), behind.startswith("."))

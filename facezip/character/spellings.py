@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
 
 from facezip.character.filenames import ALSO_A_SIZE, TILE
-from facezip.character.map_words import MapWord, meant, meant_by_folder, says_nothing
+from facezip.character.map_words import MapWord, meant, meant_by_folder, other_space, says_nothing
+from facezip.character.maps import ALBEDO
 from facezip.character.scans import NEUTRAL
 from facezip.names import folded
 
@@ -49,7 +50,12 @@ class Reading:
     @property
     def says(self) -> MapWord | None:
         """The map that the file's own words mean, or else the folder's; None where they mean none."""
-        return _said(self.words, self.before, self.folder)
+        return _said(self.words[: self.before], self.words[self.before :], self.folder)
+
+    @property
+    def space(self) -> Words:
+        """Those of the words that state a colour space in which files are not read."""
+        return _space(self.words[: self.before], self.words[self.before :], self.folder)
 
     def without_tile(self) -> "Reading":
         """The same, with what looked like a tile as a part of the name that says nothing."""
@@ -121,13 +127,25 @@ def _shared(words: Sequence[Words]) -> int:
     return count
 
 
-def _said(words: Words, before: int, folder: Words) -> MapWord | None:
-    if says_nothing(words):
+def _space(first: Words, last: Words, folder: Words) -> Words:
+    # Before a name, Lin is a person.
+    return (*(word for word in other_space(first) if word != "lin"), *other_space(last), *other_space(folder))
+
+
+def _said(first: Words, last: Words, folder: Words) -> MapWord | None:
+    """What words before and behind a name mean, and those of its folder; None for colours of another space."""
+    space = _space(first, last, folder)
+    if space:
+        # Data have none.
+        first, last, folder = (tuple(word for word in words if word not in space) for words in (first, last, folder))
+        said = _said(first, last, folder)
+        return None if said is None or said.map == ALBEDO else said
+    if says_nothing((*first, *last)):
         return meant_by_folder(folder)
     # A letter before a name is no custom: 'T' of Unreal, or somebody's initials.
-    if any(len(word) == 1 and not says_nothing((word,)) for word in words[:before]):
+    if any(len(word) == 1 and not says_nothing((word,)) for word in first):
         return None
-    return meant(words)
+    return meant((*first, *last))
 
 
 def chosen(readings: Mapping[str, Sequence[Reading]]) -> dict[str, Reading]:
@@ -161,7 +179,7 @@ def _best(path: str, some: Sequence[Reading], owners: Mapping[str, Collection[st
 def meanings(readings: Iterable[Reading]) -> dict[str, MapWord | None]:
     """What each pattern means, by :attr:`Reading.like`; words that all have, such as a person's name, do not count."""
     patterns = {each.like: each for each in readings}
-    shared = _in_all([{*each.words} for each in patterns.values()])
+    shared = _in_all([{*each.words} - {*each.space} for each in patterns.values()])
     without = {like: _without(each, shared) for like, each in patterns.items()}
     # One of them has to be called by a map's name for that: otherwise the word that all have may be one.
     telling = any(says is not None and words for words, says in without.values())
@@ -178,4 +196,4 @@ def _without(reading: Reading, shared: Collection[str]) -> tuple[Words, MapWord 
         for words in (reading.words[: reading.before], reading.words[reading.before :])
     )
     telling = tuple(word for word in (*first, *last) if not says_nothing((word,)))
-    return telling, _said((*first, *last), len(first), reading.folder)
+    return telling, _said(first, last, reading.folder)

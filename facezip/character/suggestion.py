@@ -64,7 +64,8 @@ def _map_lines(look: Spelled) -> list[str]:
     for reading in look.readings.values():
         owners.setdefault(reading.like, set()).add(reading.owner)
     maps = {like: says.map for like, says in look.says.items() if says is not None and not says.guessed}
-    unknown = [like for like in owners if like not in maps]
+    spaces = {reading.like for reading in look.readings.values() if reading.space}
+    unknown = [like for like in owners if like not in maps and like not in spaces]
     if ALBEDO not in maps.values() and unknown:
         maps[max(unknown, key=lambda like: len(owners[like]))] = ALBEDO
     lines, taken = list[str](), set[str]()
@@ -75,7 +76,7 @@ def _map_lines(look: Spelled) -> list[str]:
             says = look.says[like]
             lines += ["", f"[maps.{map}]", files, *(['green = "down"'] if says and says.green_down else [])]
         elif map != "":
-            what = f"Another {map}" if map else "Of which map?"
+            what = f"Another {map}" if map else "Colours to be converted to sRGB" if like in spaces else "Of which map?"
             lines += ["", f"# {what}", f"# [maps.{map or 'NAME'}]", f"# {files}"]
     return lines
 

@@ -295,6 +295,47 @@ def test_images_in_a_folder_of_displacement_alone_are_no_albedo(plain, tmp_path)
     assert "no albedo of the neutral" in str(refused(folder))
 
 
+SPACES = (
+    "ACEScg",
+    "acescct",
+    "ACES2065-1",
+    "AdobeRGB",
+    "Adobe_RGB",
+    "Display-P3",
+    "rec2020",
+    "Rec.709",
+    "linear",
+    "lin",
+)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    st.sampled_from([*SPACES, "lin_srgb", "linear_rec709", "ProPhoto"]),
+    st.sampled_from(["{name}.{tile}_{space}.png", "{name}_BaseColor_{space}.{tile}.png", "{space}/{name}.{tile}.png"]),
+    st.booleans(),
+)
+def test_a_name_that_states_another_colour_space_is_refused_with_that(plain, space, pattern, everywhere):
+    data = all_of("{name}_{map}.{tile}.png", "", "N", "R")
+    if everywhere and "/" not in pattern:
+        data = all_of("{name}_{map}_{space}.{tile}.png", "", "N", "R")
+    if "/" in pattern:
+        data = {map: f"nothing/{file}" for map, file in data.items()}
+    with tempfile.TemporaryDirectory() as place:
+        patterns = {map: file.replace("{space}", space) for map, file in (data | {"albedo": pattern}).items()}
+        diagnosis = examine_character(respelt(plain, place, patterns))
+    asked = [refusal.words for refusal in diagnosis.refusals if "convert it to sRGB" in refusal.words]
+    assert len(asked) == 2 * len(NAMES)
+    assert not any("is no map" in refusal.words for refusal in diagnosis.refusals)
+    assert "[maps.albedo]" not in re.sub("#.*", "", diagnosis.character_toml)
+
+
+@pytest.mark.parametrize("space", [*SPACES, "sRGB"])
+def test_data_have_no_colour_space_whatever_their_names_say(plain, tmp_path, space):
+    patterns = all_of("{name}_{map}_{tile}.png", "BaseColor_sRGB", f"Normal_{space}", f"{space}_Roughness")
+    assert same(load_character(plain), load_character(respelt(plain, tmp_path, patterns)))
+
+
 SIZES = {
     "albedo alone": ({"albedo": "{name}_1024.png"}, "mask.png"),
     "a mask likewise": ({"albedo": "{name}.1024.png"}, "mask_1024.png"),
