@@ -266,4 +266,16 @@ def test_meshes_must_share_their_topology(folder, surface):
     topology = surface.meshes.topology
     half = replace(topology, faces=topology.faces[:10], face_uv=topology.face_uv[:10])
     write_obj(folder / "expr_1.obj", surface.meshes.neutral, half)
-    refused(folder, ErrorCode.TOPOLOGY_MISMATCH)
+    assert "cut off" not in refused(folder, ErrorCode.TOPOLOGY_MISMATCH)
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "utf-16"])
+def test_a_mesh_of_another_topology_whose_last_line_does_not_end_may_be_cut_off(folder, surface, encoding):
+    topology = surface.meshes.topology
+    half = replace(topology, faces=topology.faces[:10], face_uv=topology.face_uv[:10])
+    write_obj(folder / "expr_1.obj", surface.meshes.neutral, half)
+    text = (folder / "expr_1.obj").read_text()
+    (folder / "expr_1.obj").write_text(text, encoding=encoding)
+    assert "cut off" not in refused(folder, ErrorCode.TOPOLOGY_MISMATCH)
+    (folder / "expr_1.obj").write_text(text.strip(), encoding=encoding)
+    assert "its last line does not end, so the file may be cut off" in refused(folder, ErrorCode.TOPOLOGY_MISMATCH)
