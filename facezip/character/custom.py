@@ -13,6 +13,7 @@ from facezip.character.filenames import (
     Parts,
     are_sizes,
     first_tile,
+    folder_called,
     is_like_a_mask,
     readings,
     tile_number,
@@ -247,7 +248,15 @@ def another_space(texture: Path, words: str) -> FaceZipError:
     )
 
 
+def is_a_folder(path: Path, what: str) -> FaceZipError:
+    """The error for a folder that is called as a file of these words should be."""
+    reason = f"is a folder, and {what} has to be a file; put the file in its place"
+    return FaceZipError(ErrorCode.MISSING_FILE, f"{path}: {reason}")
+
+
 def _no_mesh(texture: Path, name: str) -> FaceZipError:
+    if (place := folder_called(texture.with_name(f"{name}{MESH_SUFFIX}"), [MESH_SUFFIX])) is not None:
+        return is_a_folder(place, f"the mesh of '{name}'")
     there = [path for path in sorted(texture.parent.iterdir()) if path.suffix.lower() in OTHER_MESHES]
     other = next((path for path in there if folded(path.stem) == folded(name)), None)
     if other is not None:

@@ -67,6 +67,13 @@ def files_near(folder: Path) -> list[Path]:
     return [path for path in near if not is_litter(path.relative_to(folder)) and path.is_file()]
 
 
+def folder_called(path: Path, suffixes: Collection[str]) -> Path | None:
+    """A folder that is called as a file should be, with any of some suffixes; None for none."""
+    there = sorted(path.parent.iterdir()) if path.parent.is_dir() else []
+    alike = (one for one in there if folded(one.stem) == folded(path.stem) and one.suffix.lower() in suffixes)
+    return next((one for one in alike if one.is_dir()), None)
+
+
 def within(folder: Path, path: Path) -> str:
     """A file of a folder as notes and patterns have it, whatever the system: its path in the folder, with slashes."""
     return one_form(path.relative_to(folder).as_posix())
