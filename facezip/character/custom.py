@@ -243,8 +243,8 @@ def another_space(texture: Path, words: str) -> FaceZipError:
     read_in = "linear sRGB" if texture.suffix.lower() == ".exr" else "sRGB"
     return FaceZipError(
         ErrorCode.BAD_CHARACTER,
-        f"{texture}: its name says that its colours are of '{words}', and a name alone does not state that; convert it "
-        f"to {read_in}, and leave '{words}' out of its name",
+        f"{texture}: its name says that its colours are of '{words}', and files are not converted by their names; "
+        f"convert it to {read_in}, and leave '{words}' out of its name",
     )
 
 

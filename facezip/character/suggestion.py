@@ -75,8 +75,10 @@ def _map_lines(look: Spelled) -> list[str]:
             taken.add(map)
             says = look.says[like]
             lines += ["", f"[maps.{map}]", files, *(['green = "down"'] if says and says.green_down else [])]
+        elif like in spaces:
+            lines += ["", f"# Colours of another space than sRGB, to be converted first: {_pattern(look, like)}"]
         elif map != "":
-            what = f"Another {map}" if map else "Colours to be converted to sRGB" if like in spaces else "Of which map?"
+            what = f"Another {map}" if map else "Of which map?"
             lines += ["", f"# {what}", f"# [maps.{map or 'NAME'}]", f"# {files}"]
     return lines
 
