@@ -1,4 +1,4 @@
-"""What textures show that headers do not say: an expression's that is empty, or turned against the neutral's.
+"""What textures show that headers do not say: an expression's that is empty, a copy, or turned against the neutral's.
 
 Such a texture is read, and compressed, as any other. So it is asked about.
 """
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from facezip.character import features
 from facezip.character.alignment import DARK, reduced
+from facezip.character.copies import Copies, Known, notes_on
 from facezip.character.maps import ALBEDO, Key
 from facezip.character.notes import Note
 from facezip.character.scans import Character, Stack
@@ -21,23 +22,35 @@ BLACK = 1 / 255
 
 
 def seen(character: Character, placeholders: Container[tuple[str, Key]] = ()) -> tuple[Note, ...]:
-    """Notes on textures of expressions that are of one value, or turned; none where the neutral's is of one value.
+    """Notes on textures of expressions that are of one value, copies or turned; none where the neutral is of one value.
 
     Parameters
     ----------
     character : whose.
     placeholders : the textures, by expression and key, of which it is said already that they are of one value.
     """
-    return tuple(
-        note for key, stack in character.stacks.items() for note in _of_stack(character, key, stack, placeholders)
-    )
+    copies: dict[Key, Copies] = {}
+    found = [
+        note
+        for key, stack in character.stacks.items()
+        for note in _of_stack(character, key, stack, placeholders, copies)
+    ]
+    return (*found, *notes_on(character, copies))
 
 
-def _of_stack(character: Character, key: Key, stack: Stack, placeholders: Container[tuple[str, Key]]) -> Iterator[Note]:
+def _of_stack(
+    character: Character,
+    key: Key,
+    stack: Stack,
+    placeholders: Container[tuple[str, Key]],
+    copies: dict[Key, Copies],
+) -> Iterator[Note]:
     factor = -(-max(stack.resolution) // features.SIDE)
     neutral = _small(stack.neutral, stack.scale, factor)
     if np.ptp(neutral) < ONE_VALUE:
         return
+    known = Known(stack, neutral)
+    copies[key] = known.copies
     map, tile = key
     where = f"{map} on tile {tile}" if len(character.tiles) > 1 else map
     for n, name in enumerate(character.expressions):
@@ -47,7 +60,9 @@ def _of_stack(character: Character, key: Key, stack: Stack, placeholders: Contai
                 colour = "black" if map == ALBEDO and other.max() <= BLACK else "of one value"
                 words = f"its {where} is {colour} everywhere, and the neutral's is not; is it the right file?"
                 yield Note(name, words, asks=True)
-        elif map == ALBEDO and (how := features.turned(*(np.log(each + DARK) for each in (neutral, other)))):
+            continue
+        known.add(n, name, other)
+        if map == ALBEDO and (how := features.turned(*(np.log(each + DARK) for each in (neutral, other)))):
             words = f"its {where} is {how} against the neutral's; turn the image, or export it again"
             yield Note(name, words, asks=True)
 

@@ -11,7 +11,9 @@ from facezip.character.filenames import (
     MASK,
     TILE,
     Parts,
+    are_sizes,
     first_tile,
+    folder_called,
     is_like_a_mask,
     readings,
     tile_number,
@@ -85,11 +87,13 @@ def files_by_custom(
     """
     files = visible_files(folder)
     images = [taken_apart(path, owners) for path in files if path.suffix.lower() in TEXTURE_SUFFIXES]
+    others = [taken_apart(path, owners) for path in files if path.suffix.lower() in OTHER_SUFFIXES]
+    if are_sizes(image.parts.tile for image in images if image.owner is not None):
+        images, others = _without_tiles(images), _without_tiles(others)
     tiles = [image.parts.tile for image in images if image.owner is not None]
     found, first = Found(meshes, numbered=any(tiles), materials=materials), first_tile(tiles)
     if first == 0:
         found.notes.append(counted_from_zero((image.path.name, image.parts.tile) for image in images))
-    others = [taken_apart(path, owners) for path in files if path.suffix.lower() in OTHER_SUFFIXES]
     for sort_in, some in ((_sort_in, images), (_check_unread, others)):
         for image in some:
             try:
@@ -108,7 +112,11 @@ def counted_from_zero(written: Iterable[tuple[str, str]]) -> Note:
 def asking(found: Found) -> Found:
     """The same; what is called nearly like the mask may be meant where there is no mask alone."""
     tiles_without = {tile for _, tile in found.maps.get(ALBEDO, {})} - {*found.masks}
-    return replace(found, notes=[replace(note, asks=note.asks and bool(tiles_without)) for note in found.notes])
+    if tiles_without:
+        return found
+    of_mask = [is_like_a_mask(Path(note.file).stem) for note in found.notes]
+    notes = [replace(note, asks=note.asks and not mask) for note, mask in zip(found.notes, of_mask, strict=True)]
+    return replace(found, notes=notes)
 
 
 def texture_among(files: Iterable[Path], name: str) -> Path | None:
@@ -128,8 +136,10 @@ def texture_among(files: Iterable[Path], name: str) -> Path | None:
 
 def second_texture(path: Path, beside: Path, what: str = "texture") -> FaceZipError:
     """The error for two files of one texture, or mesh."""
-    name = beside.name if beside.parent == path.parent else f"{beside.parent.name}/{beside.name}"
-    return FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: a second {what} beside {name}; keep one of them")
+    name, remedy = beside.name, "keep one of them"
+    if beside.parent != path.parent:
+        name, remedy = f"{beside.parent.name}/{name}", f"{remedy}, or say in character.toml (docs/maps.md) which it is"
+    return FaceZipError(ErrorCode.BAD_CHARACTER, f"{path}: a second {what} beside {name}; {remedy}")
 
 
 def taken_apart(path: Path, owners: dict[str, str]) -> Image:
@@ -140,6 +150,10 @@ def taken_apart(path: Path, owners: dict[str, str]) -> Image:
         if owner is not None and not (owner == MASK and parts.map):
             return Image(path, parts, owner)
     return Image(path, Parts(path.stem), None)
+
+
+def _without_tiles(images: list[Image]) -> list[Image]:
+    return [replace(image, parts=replace(image.parts, tile="")) for image in images]
 
 
 def _sort_in(found: Found, image: Image, first: int) -> None:
@@ -224,7 +238,25 @@ def no_map(texture: Path, owner: str, behind: str, dotted: bool = False) -> Face
     )
 
 
+def another_space(texture: Path, words: str) -> FaceZipError:
+    """The error for a texture whose name states a colour space, in these words, in which it is not read."""
+    read_in = "linear sRGB" if texture.suffix.lower() == ".exr" else "sRGB"
+    return FaceZipError(
+        ErrorCode.BAD_CHARACTER,
+        f"{texture}: its name says that its colours are of '{words}', and files are not converted by their names; "
+        f"convert it to {read_in}, and leave '{words}' out of its name",
+    )
+
+
+def is_a_folder(path: Path, what: str) -> FaceZipError:
+    """The error for a folder that is called as a file of these words should be."""
+    reason = f"is a folder, and {what} has to be a file; put the file in its place"
+    return FaceZipError(ErrorCode.MISSING_FILE, f"{path}: {reason}")
+
+
 def _no_mesh(texture: Path, name: str) -> FaceZipError:
+    if (place := folder_called(texture.with_name(f"{name}{MESH_SUFFIX}"), [MESH_SUFFIX])) is not None:
+        return is_a_folder(place, f"the mesh of '{name}'")
     there = [path for path in sorted(texture.parent.iterdir()) if path.suffix.lower() in OTHER_MESHES]
     other = next((path for path in there if folded(path.stem) == folded(name)), None)
     if other is not None:

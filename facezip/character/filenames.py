@@ -18,6 +18,8 @@ MASK = "mask"
 _LITTER = {"thumbs.db", "ehthumbs.db", "desktop.ini", "icon\r", "__macosx", "@eadir", "$recycle.bin"}
 # UDIM numbers, and columns and rows as sculpting programs count them; in patterns of character.toml too.
 TILE = r"1(?!000)\d{3}|u\d{1,2}_?v\d{1,2}"
+# Of these numbers the one that is also a usual size of textures.
+ALSO_A_SIZE = "1024"
 _TILE_BEHIND = re.compile(rf"[._ -](?P<tile>{TILE})$", re.IGNORECASE)
 _MAP_BEHIND = re.compile(rf"\.(?P<map>{'|'.join(KNOWN)})$", re.IGNORECASE)
 _MASK_LIKE = re.compile(r"(^|[^a-z])masks?|masks?([^a-z]|$)")
@@ -65,6 +67,13 @@ def files_near(folder: Path) -> list[Path]:
     return [path for path in near if not is_litter(path.relative_to(folder)) and path.is_file()]
 
 
+def folder_called(path: Path, suffixes: Collection[str]) -> Path | None:
+    """A folder that is called as a file should be, with any of some suffixes; None for none."""
+    there = sorted(path.parent.iterdir()) if path.parent.is_dir() else []
+    alike = (one for one in there if folded(one.stem) == folded(path.stem) and one.suffix.lower() in suffixes)
+    return next((one for one in alike if one.is_dir()), None)
+
+
 def within(folder: Path, path: Path) -> str:
     """A file of a folder as notes and patterns have it, whatever the system: its path in the folder, with slashes."""
     return one_form(path.relative_to(folder).as_posix())
@@ -82,6 +91,11 @@ def readings(stem: str) -> Iterator[Parts]:
         found = _MAP_BEHIND.search(name)
         if found and found.start():
             yield Parts(name[: found.start()], found["map"].lower(), tile)
+
+
+def are_sizes(written: Iterable[str]) -> bool:
+    """Whether what looks like tiles, of all images of a character, is their size: where it is that, and no other."""
+    return {*written} - {""} == {ALSO_A_SIZE}
 
 
 def first_tile(written: Iterable[str]) -> int:

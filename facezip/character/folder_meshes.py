@@ -7,6 +7,8 @@ from facezip.character.notes import Note
 from facezip.character.obj_parts import Faces, Mesh
 from facezip.character.scans import NEUTRAL
 from facezip.character.uvs import check_on_tiles, in_unit_square
+from facezip.errors import FaceZipError
+from facezip.files.obj import may_be_cut
 
 # Of a texel: exporters round UVs, each in its own way.
 UV_TOLERANCE = 1 / 16
@@ -60,7 +62,13 @@ class FolderMeshes:
         if name == NEUTRAL:
             self._neutral = vertices, topology
         elif self._neutral is not None:
-            vertices = in_order_of(path, *self._neutral, vertices, topology, self._tolerance)
+            try:
+                vertices = in_order_of(path, *self._neutral, vertices, topology, self._tolerance)
+            except FaceZipError as error:
+                if may_be_cut(path):
+                    words = f"{error}; its last line does not end, so the file may be cut off"
+                    raise FaceZipError(error.code, words) from None
+                raise
         return vertices, topology
 
     def _note_empty(self, tiles: tuple[int, ...]) -> None:

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from facezip.character.custom import files_by_custom, put
-from facezip.character.filenames import MASK, files_below, is_litter, readings, within
+from facezip.character.custom import files_by_custom, is_a_folder, put
+from facezip.character.filenames import MASK, files_below, folder_called, is_litter, readings, within
 from facezip.character.maps import ALBEDO, KNOWN, Map
 from facezip.character.mesh_names import MESH_SUFFIX, OTHER_MESHES, meshes_in, neutral_among, owners_of
 from facezip.character.notes import Note
@@ -17,7 +17,7 @@ from facezip.character.spelled import NORMAL, files_by_spelling, is_custom, unus
 from facezip.character.tiles import FIRST_TILE
 from facezip.errors import ErrorCode, FaceZipError, Refuse, raised
 from facezip.files.mtl import images_by_material
-from facezip.files.opening import OTHER_SUFFIXES, not_read
+from facezip.files.opening import OTHER_SUFFIXES, TEXTURE_SUFFIXES, not_read
 from facezip.files.reading import reading
 from facezip.names import folded
 
@@ -139,9 +139,12 @@ def _by_custom(folder: Path, neutral: str | None, refuse: Refuse, fewest: int) -
         name: MapFiles(KNOWN[name], files, green_down=found.green_down and name == NORMAL)
         for name, files in found.maps.items()
     }
-    notes = (*meshes.notes, *found.notes, *unused_below(folder, meshes, found))
-    albedo_first = _albedo_first(folder, maps)
-    return Layout(folder, found.meshes, albedo_first, found.masks, found.numbered, materials, notes=notes)
+    notes = [*meshes.notes, *found.notes, *unused_below(folder, meshes, found)]
+    if (place := folder_called(folder / MASK_FILE, TEXTURE_SUFFIXES)) is not None:
+        words = "a folder, and no mask; save the mask as a file of that name"
+        notes.append(Note(within(folder, place), words, asks=True))
+    albedo_first = _albedo_first(folder, maps, at_rest=meshes.files[NEUTRAL])
+    return Layout(folder, found.meshes, albedo_first, found.masks, found.numbered, materials, notes=tuple(notes))
 
 
 def _by_patterns(folder: Path, patterns: Patterns, neutral: str | None, fewest: int) -> Layout:
@@ -177,8 +180,12 @@ def _by_patterns(folder: Path, patterns: Patterns, neutral: str | None, fewest: 
     return Layout(folder, meshes, albedo_first, masks, numbered, materials, notes=tuple(notes))
 
 
-def _albedo_first(folder: Path, maps: dict[str, MapFiles], patterns: Patterns | None = None) -> tuple[MapFiles, ...]:
+def _albedo_first(
+    folder: Path, maps: dict[str, MapFiles], patterns: Patterns | None = None, at_rest: Path | None = None
+) -> tuple[MapFiles, ...]:
     if ALBEDO not in maps or not any(name == NEUTRAL for name, _ in maps[ALBEDO].files):
+        if at_rest is not None and (place := folder_called(at_rest, TEXTURE_SUFFIXES)) is not None:
+            raise is_a_folder(place, "the albedo of the neutral")
         reason = "no albedo of the neutral; it needs a neutral.png, and every expression a NAME.png"
         if patterns is not None and ALBEDO not in maps:
             reason = f"{SETTINGS} names files, and not those of the albedo; add [maps.{ALBEDO}] with files"
@@ -203,6 +210,8 @@ def _check_complete(layout: Layout, refuse: Refuse) -> None:
 def _missing(layout: Layout, how: MapFiles, name: str, tile: int) -> FaceZipError:
     """The error for a texture that others have, under the name that it has beside them."""
     file = _expected(layout, how, name, tile)
+    if (place := folder_called(file, TEXTURE_SUFFIXES)) is not None:
+        return is_a_folder(place, f"the {how.kind.name} of '{name}'")
     there = sorted(file.parent.iterdir()) if file.parent.is_dir() else []
     other = [path for path in there if folded(path.stem) == folded(file.stem) and path.suffix.lower() in OTHER_SUFFIXES]
     if other:
@@ -251,6 +260,8 @@ def _check_meshes(folder: Path, meshes: dict[str, Path], fewest: int) -> None:
 
 def _without_neutral(folder: Path, meshes: dict[str, Path]) -> FaceZipError:
     """The error for a folder without a neutral mesh, of what is there instead."""
+    if (place := folder_called(folder / f"{NEUTRAL}{MESH_SUFFIX}", [MESH_SUFFIX])) is not None:
+        return is_a_folder(place, "the mesh of the neutral")
     there = sorted(path for path in folder.iterdir() if not is_litter(Path(path.name)))
     others = [path for path in there if path.suffix.lower() in OTHER_MESHES]
     nested = [

@@ -8,10 +8,11 @@ for scans (RealityCapture, Metashape, Polycam, KeenTools, Wrap, light stages). L
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from facezip.character.maps import ALBEDO
 
-_COLOUR = r"albedo|alb|base|basecolou?r|basecol|bc|colou?r|col|c|d|diffuse|diff|dif|maintex"
+_COLOUR = r"albedos?|alb|base|basecolou?rs?|basecol|bc|colou?rs?|col|c|d|diffuse|diff|dif|maintex"
 _ALBEDO = rf"(?:{_COLOUR}|diffuse(?:colou?r|albedo)|albedo(?:diffuse|transparency))"
 _NORMAL = r"(?:(?:diffuse|specular|tangent|tangentspace|ts)?(?:normals?|nrml?|norm?|nml|nm|n))"
 _UP, _DOWN = r"(?:gl|ogl|opengl|yup)", r"(?:dx|d3d|directx|ydown)"
@@ -28,7 +29,12 @@ _TAKEN = (
 # Maps that nothing here takes, by the words that a person reads of them.
 _LEFT_OUT = (
     ("ambient occlusion", rf"(?:ao|mixedao|ambientocclusion|ambient|occlusion|occ|occl){_MAP}2?"),
-    ("displacement", rf"(?:height|hgt|h|displacement|displace|displ|disp|dsp|bump|b|vdm|vectordisplacement){_MAP}"),
+    (
+        "displacement",
+        rf"(?:heights?|hgt|h|bumps?|b|v?dpm?|vdm|(?:micro|macro|vector|v)?(?:displacements?|displaced?|displ|disps?|dsp))"
+        rf"{_MAP}",
+    ),
+    ("depth", rf"z?depths?{_MAP}"),
     ("metal", rf"(?:metallic|metalness|metal|mtl|met|m){_MAP}"),
     ("emission", rf"(?:emissive|emission|emit|glow|e){_MAP}"),
     ("opacity", rf"(?:opacity|opac|alpha|transparency|transmission|o){_MAP}"),
@@ -50,6 +56,15 @@ _LEFT_OUT = (
 _NOTHING = re.compile(
     r"t|tx|tex|txt|texture|textures|map|maps|\d{1,2}k|\d{3,5}x\d{3,5}|512|1024|2048|4096|8192|16384|lod\d|srgb"
 )
+# Colour spaces that names state, each in one word or two; a file that states nothing itself is read in none of them.
+_OTHER_SPACE = re.compile(
+    r"aces(?:cg|cct|cc|20651?)?|adobergb|(?:display|dci)p3|(?:lin)?(?:rec|bt)(?:709|2020|2100)|prophoto(?:rgb)?|romm(?:rgb)?"
+    r"|lin(?:ear)?(?:srgb)?|scenelinear|logc\d?|slog\d"
+)
+# Words of folders of pictures, which hold the albedo where nothing else is said.
+_PICTURES = re.compile(r"textures?|tex|images?|imgs?|pictures?|photos?|skin")
+# So do these where no other word stands beside them.
+_FILES = re.compile(r"udims?|tiles?|(?:png|jpe?g|tiff?|exr|tga|bmp|webp)s?")
 
 
 @dataclass(frozen=True)
@@ -61,11 +76,13 @@ class MapWord:
     map : of :data:`facezip.character.maps.KNOWN`; "" for one that is left out.
     says : in words for people; of a map that is left out, what it holds.
     green_down : of normals, whether y is down; None where nothing is said.
+    guessed : whether nothing says it: such images are of the albedo where there is no other.
     """
 
     map: str
     says: str
     green_down: bool | None = None
+    guessed: bool = False
 
 
 def meant(words: Sequence[str]) -> MapWord | None:
@@ -83,3 +100,22 @@ def meant(words: Sequence[str]) -> MapWord | None:
 def says_nothing(words: Sequence[str]) -> bool:
     """Whether words of a name say nothing of a map."""
     return all(map(_NOTHING.fullmatch, words))
+
+
+def other_space(words: Sequence[str]) -> tuple[str, ...]:
+    """Those of the words of a name that state a colour space other than sRGB."""
+    together = [*((word,) for word in words), *pairwise(words)]
+    return tuple(dict.fromkeys(word for some in together if _OTHER_SPACE.fullmatch("".join(some)) for word in some))
+
+
+def meant_by_folder(words: Sequence[str]) -> MapWord:
+    """The map of images that are called as meshes are, by their folder's name; the albedo where that is of pictures."""
+    if (said := meant(words)) is not None:
+        return said
+    each = [said for word in words if len(word) > 1 and not _PICTURES.fullmatch(word) and (said := meant((word,)))]
+    others = [said for said in each if said.map != ALBEDO]
+    if others and not any(other.map for other in others):
+        return others[0]
+    of_pictures = bool(each) or any(map(_PICTURES.fullmatch, words))
+    of_files = all(_FILES.fullmatch(word) or _NOTHING.fullmatch(word) for word in words)
+    return MapWord(ALBEDO, ALBEDO, guessed=bool(others) or not (of_pictures or of_files))

@@ -10,6 +10,7 @@ from pathlib import Path, PurePosixPath
 
 from facezip.character.custom import (
     Found,
+    another_space,
     asking,
     counted_from_zero,
     no_map,
@@ -20,7 +21,17 @@ from facezip.character.custom import (
     unread_note,
     without_mesh,
 )
-from facezip.character.filenames import MASK, files_near, first_tile, is_like_a_mask, is_litter, visible_files, within
+from facezip.character.filenames import (
+    ALSO_A_SIZE,
+    MASK,
+    are_sizes,
+    files_near,
+    first_tile,
+    is_like_a_mask,
+    is_litter,
+    visible_files,
+    within,
+)
 from facezip.character.map_words import MapWord
 from facezip.character.maps import ALBEDO
 from facezip.character.mesh_names import NamedMeshes
@@ -70,7 +81,19 @@ def spelled(folder: Path, meshes: NamedMeshes) -> Spelled:
     except Ambiguous as doubt:
         reason = f"{doubt}; rename one of these meshes, or say what is what in character.toml (docs/maps.md)"
         raise FaceZipError(ErrorCode.BAD_CHARACTER, f"{folder}: {reason}") from None
-    return Spelled(images, readings, meanings(readings.values()), beside)
+    if are_sizes(reading.tile for reading in readings.values()):
+        readings = {name: reading.without_tile() for name, reading in readings.items()}
+    return Spelled(images, readings, _settled(images, readings, meshes), beside)
+
+
+def _settled(images: dict[str, Path], readings: dict[str, Reading], meshes: NamedMeshes) -> dict[str, MapWord | None]:
+    """What patterns mean; of images beside meshes, or above them, the name of the folder need not say it."""
+    says = meanings(readings.values())
+    homes = {parent for path in meshes.files.values() for parent in path.parents}
+    for name, reading in readings.items():
+        if (said := says[reading.like]) is not None and images[name].parent in homes:
+            says[reading.like] = replace(said, guessed=False)
+    return says
 
 
 def unused_below(folder: Path, meshes: NamedMeshes, found: Found) -> list[Note]:
@@ -99,9 +122,10 @@ def _images(folder: Path, files: Iterable[Path]) -> dict[str, Path]:
 def is_custom(folder: Path, meshes: NamedMeshes) -> bool:
     """Whether custom says what every image in a folder is that has a mesh's name; so too where none has."""
     images = [path for path in visible_files(folder) if path.suffix.lower() in TEXTURE_SUFFIXES]
-    plain = [path for path in images if taken_apart(path, meshes.owners).owner is not None]
+    owners = {path: taken_apart(path, meshes.owners).owner for path in images}
+    plain = [path for path, owner in owners.items() if owner not in (None, MASK)]
     names = called(meshes.called)
-    others = [path for path in images if path not in plain and not is_like_a_mask(path.stem)]
+    others = [path for path, owner in owners.items() if owner is None and not is_like_a_mask(path.stem)]
     if plain and others:
         return not any(True for path in others for _ in readings_of(path.name, names))
     return bool(plain) or not any(True for path in files_near(folder) for _ in readings_of(within(folder, path), names))
@@ -120,7 +144,8 @@ class _Sorting:
     def __init__(self, folder: Path, meshes: NamedMeshes, materials: dict[str, dict[str, str]], look: Spelled) -> None:
         self._folder, self._meshes, self._look = folder, meshes, look
         self._up = [says.green_down for says in look.says.values() if says and says.map == NORMAL]
-        used = [reading.tile for reading in look.readings.values() if (says := look.says[reading.like]) and says.map]
+        self._knows_albedo = any(says.map == ALBEDO and not says.guessed for says in look.says.values() if says)
+        used = [reading.tile for reading in look.readings.values() if self._is_used(look.says[reading.like])]
         self._first = first_tile(used)
         down = True in self._up and False not in self._up
         self._found = Found(meshes.files, numbered=any(used), green_down=down, materials=materials)
@@ -138,16 +163,22 @@ class _Sorting:
                 refuse(error)
         return asking(self._found)
 
+    def _is_used(self, says: MapWord | None) -> bool:
+        return says is not None and says.map != "" and not (says.guessed and self._knows_albedo)
+
     def _sort_in(self, name: str, path: Path, is_read: bool) -> None:
         reading, mask = self._look.readings.get(name), taken_apart(path, {})
         if mask.owner == MASK:
-            self._put_mask(path, number_of(path, mask.parts.tile, self._first), is_read)
+            is_size = mask.parts.tile == ALSO_A_SIZE and not self._found.numbered
+            self._put_mask(path, number_of(path, "" if is_size else mask.parts.tile, self._first), is_read)
         elif reading is None:
             self._sort_out(name, path, is_read)
         elif (says := self._look.says[reading.like]) is None:
             self._refuse_unknown(path, reading)
         elif not says.map:
             self._note(name, f"left out: {says.says}, which no map takes")
+        elif not self._is_used(says):
+            self._note(name, "left out: the name of its folder says no map, and the albedo is elsewhere")
         elif says.green_down and False in self._up:
             self._note(name, "left out: normals with green down; those with green up are there")
         else:
@@ -171,7 +202,7 @@ class _Sorting:
         put(map, (reading.owner, tile), path)
         plain = taken_apart(path, self._meshes.owners)
         if not self._look.beside or (plain.owner, plain.parts.map or ALBEDO) != (reading.owner, says.map):
-            self._note(name, _taken(says))
+            self._note(name, _taken(says), says.guessed)
 
     def _sort_out(self, name: str, path: Path, is_read: bool) -> None:
         """An image of no mesh."""
@@ -186,16 +217,20 @@ class _Sorting:
 
     def _refuse_unknown(self, path: Path, reading: Reading) -> None:
         note = other_note(path, self._found.materials)
+        if note is None and reading.space:
+            raise another_space(path, " ".join(reading.space))
         if note is None:
             behind = PurePosixPath(reading.pattern).name.removeprefix("{name}").replace("{tile}", reading.tile)
             raise no_map(path, reading.owner, behind.lstrip("._ -"), behind.startswith("."))
         self._found.notes.append(note)
 
-    def _note(self, name: str, words: str) -> None:
-        self._found.notes.append(Note(name, words))
+    def _note(self, name: str, words: str, asks: bool = False) -> None:
+        self._found.notes.append(Note(name, words, asks))
 
 
 def _taken(says: MapWord) -> str:
+    if says.guessed:
+        return f"taken for the {says.map}, which its folder's name does not say; if it is, call the folder {says.map}"
     if says.map != NORMAL:
         return f"taken for the {says.map}"
     if says.green_down is None:

@@ -7,11 +7,11 @@ two ways (``Jaw_N`` is a normal of ``Jaw``, or of an expression ``Jaw_N``) that 
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
 
-from facezip.character.filenames import TILE
-from facezip.character.map_words import MapWord, meant, says_nothing
+from facezip.character.filenames import ALSO_A_SIZE, TILE
+from facezip.character.map_words import MapWord, meant, meant_by_folder, other_space, says_nothing
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import NEUTRAL
 from facezip.names import folded
@@ -20,8 +20,6 @@ Words = tuple[str, ...]
 
 _WORD = re.compile(r"[^._ \-]+")
 _TILE = re.compile(rf"(?<![^._ \-])(?:{TILE})(?![^._ \-])", re.IGNORECASE)
-# What is also the resolution of a texture is that beside another number that is a tile.
-_ALSO_A_SIZE = "1024"
 
 
 @dataclass(frozen=True)
@@ -33,7 +31,7 @@ class Reading:
     owner : the mesh that it is of.
     pattern : the path without its suffix, with ``{name}`` and ``{tile}``.
     words : what the file is called besides, in small letters; ``before`` of them stand before the name.
-    folder : what its folder is called, likewise; nothing where that is the name.
+    folder : what the nearest folder is called that has not that name, likewise; nothing where there is none.
     tile : as it is written; "" where none is said.
     """
 
@@ -52,7 +50,16 @@ class Reading:
     @property
     def says(self) -> MapWord | None:
         """The map that the file's own words mean, or else the folder's; None where they mean none."""
-        return _said(self.words, self.before, self.folder)
+        return _said(self.words[: self.before], self.words[self.before :], self.folder)
+
+    @property
+    def space(self) -> Words:
+        """Those of the words that state a colour space in which files are not read."""
+        return _space(self.words[: self.before], self.words[self.before :], self.folder)
+
+    def without_tile(self) -> "Reading":
+        """The same, with what looked like a tile as a part of the name that says nothing."""
+        return replace(self, pattern=self.pattern.replace("{tile}", self.tile), tile="")
 
 
 class Ambiguous(ValueError):
@@ -100,13 +107,13 @@ def _reading(
     rest = behind if tile is None else f"{behind[: tile.start()]}{{tile}}{behind[tile.end() :]}"
     pattern = "/".join([*places, rest if before is None else f"{before}{{name}}{rest}"])
     first, last = words_of(before or ""), words_of(rest.replace("{tile}", ""))
-    folder = words_of(places[-1]) if places and places[-1] != "{name}" else ()
+    folder = words_of(next((part for part in reversed(places) if part != "{name}"), ""))
     return Reading(owner, pattern, (*first, *last), len(first), folder, tile[0] if tile else "")
 
 
 def _tile_in(behind: str) -> re.Match[str] | None:
-    """The tile behind a name, the last of what may be one."""
-    found = sorted(_TILE.finditer(behind), key=lambda match: (match[0] != _ALSO_A_SIZE, match.start()))
+    """The tile behind a name, the last of what may be one; what is also a size is that beside another."""
+    found = sorted(_TILE.finditer(behind), key=lambda match: (match[0] != ALSO_A_SIZE, match.start()))
     return found[-1] if found else None
 
 
@@ -120,13 +127,25 @@ def _shared(words: Sequence[Words]) -> int:
     return count
 
 
-def _said(words: Words, before: int, folder: Words) -> MapWord | None:
-    if says_nothing(words):
-        return meant(folder) or MapWord(ALBEDO, ALBEDO)
+def _space(first: Words, last: Words, folder: Words) -> Words:
+    # Before a name, Lin is a person.
+    return (*(word for word in other_space(first) if word != "lin"), *other_space(last), *other_space(folder))
+
+
+def _said(first: Words, last: Words, folder: Words) -> MapWord | None:
+    """What words before and behind a name mean, and those of its folder; None for colours of another space."""
+    space = _space(first, last, folder)
+    if space:
+        # Data have none.
+        first, last, folder = (tuple(word for word in words if word not in space) for words in (first, last, folder))
+        said = _said(first, last, folder)
+        return None if said is None or said.map == ALBEDO else said
+    if says_nothing((*first, *last)):
+        return meant_by_folder(folder)
     # A letter before a name is no custom: 'T' of Unreal, or somebody's initials.
-    if any(len(word) == 1 and not says_nothing((word,)) for word in words[:before]):
+    if any(len(word) == 1 and not says_nothing((word,)) for word in first):
         return None
-    return meant(words)
+    return meant((*first, *last))
 
 
 def chosen(readings: Mapping[str, Sequence[Reading]]) -> dict[str, Reading]:
@@ -160,7 +179,7 @@ def _best(path: str, some: Sequence[Reading], owners: Mapping[str, Collection[st
 def meanings(readings: Iterable[Reading]) -> dict[str, MapWord | None]:
     """What each pattern means, by :attr:`Reading.like`; words that all have, such as a person's name, do not count."""
     patterns = {each.like: each for each in readings}
-    shared = _in_all([{*each.words} for each in patterns.values()])
+    shared = _in_all([{*each.words} - {*each.space} for each in patterns.values()])
     without = {like: _without(each, shared) for like, each in patterns.items()}
     # One of them has to be called by a map's name for that: otherwise the word that all have may be one.
     telling = any(says is not None and words for words, says in without.values())
@@ -177,4 +196,4 @@ def _without(reading: Reading, shared: Collection[str]) -> tuple[Words, MapWord 
         for words in (reading.words[: reading.before], reading.words[reading.before :])
     )
     telling = tuple(word for word in (*first, *last) if not says_nothing((word,)))
-    return telling, _said((*first, *last), len(first), reading.folder)
+    return telling, _said(first, last, reading.folder)

@@ -63,8 +63,9 @@ def _map_lines(look: Spelled) -> list[str]:
     owners: dict[str, set[str]] = {}
     for reading in look.readings.values():
         owners.setdefault(reading.like, set()).add(reading.owner)
-    maps = {like: says.map for like, says in look.says.items() if says is not None}
-    unknown = [like for like in owners if like not in maps]
+    maps = {like: says.map for like, says in look.says.items() if says is not None and not says.guessed}
+    spaces = {reading.like for reading in look.readings.values() if reading.space}
+    unknown = [like for like in owners if like not in maps and like not in spaces]
     if ALBEDO not in maps.values() and unknown:
         maps[max(unknown, key=lambda like: len(owners[like]))] = ALBEDO
     lines, taken = list[str](), set[str]()
@@ -74,6 +75,8 @@ def _map_lines(look: Spelled) -> list[str]:
             taken.add(map)
             says = look.says[like]
             lines += ["", f"[maps.{map}]", files, *(['green = "down"'] if says and says.green_down else [])]
+        elif like in spaces:
+            lines += ["", f"# Colours of another space than sRGB, to be converted first: {_pattern(look, like)}"]
         elif map != "":
             what = f"Another {map}" if map else "Of which map?"
             lines += ["", f"# {what}", f"# [maps.{map or 'NAME'}]", f"# {files}"]

@@ -110,6 +110,13 @@ def read_obj(path: Path) -> tuple[NDArray[np.float32], Topology]:
             raise FaceZipError(ErrorCode.UNREADABLE_MESH, f"{path}: {fault}") from None
 
 
+def may_be_cut(path: Path) -> bool:
+    """Whether a file ends within a line, as one does that was not written to its end, in any encoding."""
+    with open(path, "rb") as file:
+        file.seek(max(0, file.seek(0, os.SEEK_END) - 2))
+        return not _ends(file.read().rstrip(b"\0"))
+
+
 def write_obj(path: Path, vertices: NDArray[np.float32], topology: Topology) -> None:
     """Write ``(V, 3)`` vertices and their topology as an OBJ file that :func:`read_obj` reads back bit for bit."""
     positions = "".join(f"v {x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in vertices.tolist())
@@ -165,11 +172,16 @@ def _mesh(text: bytearray) -> tuple[NDArray[np.float32], Topology]:
         raise _MeshFault(str(fault)) from None
     for key, rows in (("v", lines.vertices), ("vt", lines.uv), ("f", lines.face_ends)):
         if not len(rows):
-            raise _MeshFault(f"the mesh has no '{key}' lines; export it as a polygon mesh with UVs")
+            cut = ", and its last line does not end: it may be cut off" if text and not _ends(text) else ""
+            raise _MeshFault(f"the mesh has no '{key}' lines{cut}; export it as a polygon mesh with UVs")
     _check_range(lines)
     triangles, polygon = _fans(lines.corners, lines.face_ends)
     faces, face_uv = triangles[:, :, 0].copy(), triangles[:, :, 1].copy()
     return lines.vertices, Topology(faces, lines.uv, face_uv, *_materials(lines.materials, polygon))
+
+
+def _ends(text: bytes | bytearray) -> bool:
+    return text.endswith((b"\n", b"\r"))
 
 
 def _check_range(lines: "Lines") -> None:

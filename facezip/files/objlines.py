@@ -56,7 +56,8 @@ class Lines:
     """
 
     def __init__(self, text: bytes | bytearray) -> None:
-        self._text = text if text.endswith((b"\n", b"\r")) else text + b"\n"
+        self._may_be_cut = not text.endswith((b"\n", b"\r"))
+        self._text = text + b"\n" if self._may_be_cut else text
         self._lists = Lists.sized_for(self._text)
         self._readers = {
             b"v": self._vertex,
@@ -94,14 +95,22 @@ class Lines:
         key = words[0] if words else b""
         if words[1:] and b"\\" in words:
             raise self._fault("a blank follows the backslash at its end; remove the blank")
+        is_last_cut = self._may_be_cut and after == len(self._text)
         if key in self._readers:
-            self._readers[key](words[1:])
+            try:
+                self._readers[key](words[1:])
+            except LineFault:
+                if is_last_cut:
+                    raise self._cut() from None
+                raise
         elif key == b"usemtl":
             name = line.strip(b" \t")[len(key) :].strip(b" \t")
             self.materials.append((int(self._lists.counts[FACES]), name.decode("utf-8", "replace")))
         elif key in REFUSED:
             raise self._fault(f"'{_shown(key)}' {REFUSED[key]}")
         elif key and key not in WITHOUT_EFFECT:
+            if is_last_cut and line == key and any(known.startswith(key) for known in WITHOUT_EFFECT | {b"usemtl"}):
+                raise self._cut()
             raise self._fault(f"'{_shown(key)}' is no keyword of an OBJ file; remove the line or export the mesh again")
         return after
 
@@ -191,6 +200,9 @@ class Lines:
         if value == 0 or value < -count or value > np.iinfo(np.int32).max:
             raise self._fault(f"there is no {what} {_shown(word)}, after {count} of them; export the mesh again")
         return value - 1 if value > 0 else count + value
+
+    def _cut(self) -> LineFault:
+        return LineFault(f"the file ends within line {self._number(self._at)}; export it again")
 
     def _fault(self, what: str) -> LineFault:
         return LineFault(f"line {self._number(self._at)}: {what}")

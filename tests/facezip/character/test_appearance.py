@@ -67,6 +67,59 @@ def test_a_texture_of_one_value_is_named(people, n, map, value):
     assert note.asks
 
 
+def copied(character, onto, of, map="albedo", tile=FIRST_TILE):
+    """The character with the texture of one expression, or of the neutral (-1), in the place of another's."""
+    stack = character.stacks[map, tile]
+    return changed(character, onto, lambda _: stack.neutral if of < 0 else stack.textures[of], map, tile)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 1), st.permutations(range(20)), st.sampled_from(["albedo", *MAPS]))
+def test_two_expressions_that_have_one_texture_are_named(people, person, order, map):
+    one, other = sorted(order[:2])
+    character = people[0 if map != "albedo" else person]
+    (note,) = seen(copied(character, other, one, map))
+    assert note.file == character.expressions[other]
+    assert note.words.startswith(f"its {map} is that of '{character.expressions[one]}', texel for texel")
+    assert note.asks
+
+
+@settings(max_examples=6, deadline=None)
+@given(st.permutations(range(20)), st.integers(0, 127), st.integers(0, 127), st.integers(0, 2))
+def test_a_texel_is_enough_for_two_textures_to_be_two(people, order, row, column, channel):
+    one, other = order[:2]
+    character = copied(people[0], other, one)
+
+    def touched(texels):
+        texels = texels.copy()
+        texels[row, column, channel] ^= 1
+        return texels
+
+    assert seen(character) != ()
+    assert seen(changed(character, other, touched)) == ()
+
+
+def test_an_albedo_that_is_the_neutrals_is_named_and_a_map_that_does_not_change_is_not(people):
+    (note,) = seen(copied(people[0], 3, -1))
+    assert (note.file, note.asks) == (people[0].expressions[3], True)
+    assert note.words.startswith("its albedo is the neutral's")
+    assert seen(copied(people[0], 3, -1, "normal")) == ()
+    shared = people[0]
+    for n in range(1, 20):
+        shared = copied(shared, n, 0, "roughness")
+    assert seen(shared) == ()
+
+
+def test_a_tile_that_does_not_change_is_none_but_an_albedo_without_changes_is_named(people):
+    character = in_tiles(people[1], 2, 1)
+    still = copied(character, 4, -1, tile=1002)
+    assert seen(still) == ()
+    (note,) = seen(copied(still, 4, -1))
+    assert note.words.startswith("its albedo is the neutral's")
+    (note,) = seen(copied(character, 4, 2, tile=1002))
+    assert f"albedo on tile 1002 is that of '{character.expressions[2]}'" in note.words
+
+
 def test_a_map_that_is_one_value_in_all_of_them_is_a_map_without_changes(people):
     stack = people[0].stacks["roughness", FIRST_TILE]
     flat = replace(stack, neutral=np.full_like(stack.neutral, 7), textures=np.full_like(stack.textures, 9))

@@ -76,6 +76,29 @@ def test_what_is_missing_is_named(folder):
     assert "expr_2.roughness.png: missing" in refused(folder, ErrorCode.MISSING_FILE)
 
 
+@pytest.mark.parametrize(
+    ("called", "whose"),
+    [
+        ("expr_2.png", "the albedo of 'expr_2'"),
+        ("expr_2.roughness.png", "the roughness of 'expr_2'"),
+        ("neutral.png", "the albedo of the neutral"),
+        ("neutral.obj", "the mesh of the neutral"),
+        ("expr_2.obj", "the mesh of 'expr_2'"),
+    ],
+)
+def test_a_folder_that_is_called_as_a_file_is_said_to_be_one(folder, called, whose):
+    (folder / called).rename(folder / "moved")
+    (folder / called).mkdir()
+    message = refused(folder, ErrorCode.MISSING_FILE)
+    assert f"{called}: is a folder, and {whose} has to be a file" in message
+
+
+def test_a_folder_that_is_called_as_the_mask_is_asked_about(folder):
+    (folder / "mask.tif").mkdir()
+    (note,) = load_character(folder).notes
+    assert (note.file, note.asks) == ("mask.tif", True)
+
+
 def test_a_texture_without_a_mesh_is_named(folder):
     shutil.copy(folder / "expr_2.normal.png", folder / "typo.normal.png")
     assert "typo.obj" in refused(folder, ErrorCode.MISSING_FILE)
@@ -266,4 +289,16 @@ def test_meshes_must_share_their_topology(folder, surface):
     topology = surface.meshes.topology
     half = replace(topology, faces=topology.faces[:10], face_uv=topology.face_uv[:10])
     write_obj(folder / "expr_1.obj", surface.meshes.neutral, half)
-    refused(folder, ErrorCode.TOPOLOGY_MISMATCH)
+    assert "cut off" not in refused(folder, ErrorCode.TOPOLOGY_MISMATCH)
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "utf-16"])
+def test_a_mesh_of_another_topology_whose_last_line_does_not_end_may_be_cut_off(folder, surface, encoding):
+    topology = surface.meshes.topology
+    half = replace(topology, faces=topology.faces[:10], face_uv=topology.face_uv[:10])
+    write_obj(folder / "expr_1.obj", surface.meshes.neutral, half)
+    text = (folder / "expr_1.obj").read_text()
+    (folder / "expr_1.obj").write_text(text, encoding=encoding)
+    assert "cut off" not in refused(folder, ErrorCode.TOPOLOGY_MISMATCH)
+    (folder / "expr_1.obj").write_text(text.strip(), encoding=encoding)
+    assert "its last line does not end, so the file may be cut off" in refused(folder, ErrorCode.TOPOLOGY_MISMATCH)

@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from facezip import ErrorCode, FaceZipError
 from facezip.character.examination import examine_character
 from facezip.character.loading import load_character, save_character
-from facezip.character.map_words import meant
+from facezip.character.map_words import meant, meant_by_folder
 from facezip.character.spellings import Ambiguous, called, chosen, meanings, readings_of, words_of
+from facezip.files.images import write_texture
 from facezip.names import folded
 from tests.facezip.surfaces import random_surface
 
@@ -116,6 +117,40 @@ def test_a_name_that_can_be_taken_apart_in_two_ways_is_refused_with_both():
         chosen({file: [*readings_of(file, known)] for file in files})
 
 
+# Names of folders, and what images in them are that are called as meshes are; None where nothing says it.
+FOLDERS = {
+    "albedo": (
+        *(
+            "textures",
+            "Texture",
+            "tex",
+            "maps",
+            "Textures_4k",
+            "2048",
+            "images",
+            "img",
+            "photos",
+            "png",
+            "tif_4k",
+            "udim",
+        ),
+        *("diffuse", "Color", "colors", "albedos", "baseColor", "face_textures", "ada_albedo", "albedo_v2", "udim"),
+    ),
+    "normal": ("normals", "Normal_Maps", "nrm"),
+    "": (
+        *("dpmap", "dpmaps", "dp", "dpm", "dp_map", "disp_maps", "disps", "displace", "displaced", "displacements"),
+        *("bumps", "heights", "vdisp", "microdisp", "depth", "depth_maps", "my_displacement_v2", "disp_images", "AO"),
+    ),
+    None: ("foo", "final", "ada", "scan_02", "wrinkle_maps", "ada_normals", "d_ada"),
+}
+
+
+@pytest.mark.parametrize(("map", "folder"), [(map, folder) for map, some in FOLDERS.items() for folder in some])
+def test_a_folder_says_of_which_map_its_images_are_or_it_is_a_guess(map, folder):
+    said = meant_by_folder(words_of(folder))
+    assert (said.map, said.guessed) == (("albedo", True) if map is None else (map, False))
+
+
 NAMES = ("neutral", "expr_0", "expr_1")
 MAPS = ("albedo", "normal", "roughness")
 
@@ -128,13 +163,14 @@ def plain(tmp_path_factory):
     return folder
 
 
-def respelt(plain, place, patterns, meshes="{name}.obj"):
+def respelt(plain, place, patterns, meshes="{name}.obj", masks="mask.png"):
     """The same files under other names; patterns with ``{map}`` are of all maps but the albedo."""
     folder = Path(place) / "scans"
     for path in plain.iterdir():
         name, *rest = path.stem.split(".")
-        map, tile = (rest[0] if len(rest) == 2 else "albedo"), rest[-1] if rest else ""
-        to = meshes if path.suffix == ".obj" else patterns[map]
+        tile = rest.pop() if rest and rest[-1].isdigit() else ""
+        map = rest[0] if rest else "albedo"
+        to = meshes if path.suffix == ".obj" else masks if name == "mask" else patterns[map]
         to = to.replace("{name}", name).replace("{tile}", tile).replace("{u}", tile[-1:])
         (folder / to).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(path, folder / to)
@@ -216,6 +252,123 @@ def test_maps_in_a_folder_beside_textures_are_never_passed_over(plain, tmp_path)
     assert {note.file for note in notes} == {f"Normal/{name}.{tile}.png" for name in NAMES for tile in (1001, 1002)}
     shutil.copytree(folder / "Normal", folder / "old")
     assert [note for note in load_character(folder).notes if note.asks] == notes
+
+
+BESIDE = all_of("models_reg/{name}{map}.{tile}.png", "", "_n", "_r")
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.sampled_from(["dpmap", "foo", "aaa", "Displacement", "zzz/{name}"]))
+def test_images_in_a_folder_of_any_other_name_never_take_the_place_of_those_beside_the_meshes(plain, other):
+    with tempfile.TemporaryDirectory() as place:
+        folder = respelt(plain, place, BESIDE, "models_reg/{name}.obj")
+        for path in [*folder.rglob("*_r.*.png")]:
+            name, _, tile, _ = re.split(r"_r|\.", path.name)
+            to = folder / other.replace("{name}", name) / f"{name}.{tile}.png"
+            to.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(path, to)
+        found = load_character(folder)
+        assert same(load_character(plain), found)
+        left_out = [note for note in found.notes if "left out" in note.words and not note.asks]
+        assert len(left_out) == 2 * len(NAMES)
+        assert all(note.file.startswith(other.split("/")[0]) for note in left_out)
+
+
+@pytest.mark.parametrize("masked", [False, True])
+def test_images_that_are_in_a_folder_of_an_unknown_name_alone_are_asked_about(plain, tmp_path, masked):
+    folder = respelt(
+        plain, tmp_path, SUBSTANCE | {"albedo": "foo/{name}.{tile}.png", "normal": "foo/{name}_n.{tile}.png"}
+    )
+    for path in folder.glob("*Roughness*"):
+        path.rename(folder / "foo" / path.name)
+    if masked:
+        for tile in (1001, 1002):
+            write_texture(folder / f"mask.{tile}.png", np.full((16, 8, 1), 255, np.uint8))
+    found = load_character(folder)
+    np.testing.assert_array_equal(found.texture("expr_1"), load_character(plain).texture("expr_1"))
+    asked = {note.file for note in found.notes if note.asks}
+    assert asked == {f"foo/{name}.{tile}.png" for name in NAMES for tile in (1001, 1002)}
+
+
+def test_images_in_a_folder_of_displacement_alone_are_no_albedo(plain, tmp_path):
+    folder = respelt(plain, tmp_path, all_of("dpmap/{name}{map}.{tile}.png", "", "_n", "_r"))
+    assert "no albedo of the neutral" in str(refused(folder))
+
+
+SPACES = (
+    "ACEScg",
+    "acescct",
+    "ACES2065-1",
+    "AdobeRGB",
+    "Adobe_RGB",
+    "Display-P3",
+    "rec2020",
+    "Rec.709",
+    "linear",
+    "lin",
+)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    st.sampled_from([*SPACES, "lin_srgb", "linear_rec709", "ProPhoto"]),
+    st.sampled_from(["{name}.{tile}_{space}.png", "{name}_BaseColor_{space}.{tile}.png", "{space}/{name}.{tile}.png"]),
+    st.booleans(),
+)
+def test_a_name_that_states_another_colour_space_is_refused_with_that(plain, space, pattern, everywhere):
+    data = all_of("{name}_{map}.{tile}.png", "", "N", "R")
+    if everywhere and "/" not in pattern:
+        data = all_of("{name}_{map}_{space}.{tile}.png", "", "N", "R")
+    if "/" in pattern:
+        data = {map: f"nothing/{file}" for map, file in data.items()}
+    with tempfile.TemporaryDirectory() as place:
+        patterns = {map: file.replace("{space}", space) for map, file in (data | {"albedo": pattern}).items()}
+        diagnosis = examine_character(respelt(plain, place, patterns))
+    asked = [refusal.words for refusal in diagnosis.refusals if "convert it to sRGB" in refusal.words]
+    assert len(asked) == 2 * len(NAMES)
+    assert not any("is no map" in refusal.words for refusal in diagnosis.refusals)
+    assert "[maps.albedo]" not in diagnosis.character_toml
+    assert "# Colours of another space than sRGB, to be converted first:" in diagnosis.character_toml
+
+
+@pytest.mark.parametrize("space", [*SPACES, "sRGB"])
+def test_data_have_no_colour_space_whatever_their_names_say(plain, tmp_path, space):
+    patterns = all_of("{name}_{map}_{tile}.png", "BaseColor_sRGB", f"Normal_{space}", f"{space}_Roughness")
+    assert same(load_character(plain), load_character(respelt(plain, tmp_path, patterns)))
+
+
+SIZES = {
+    "albedo alone": ({"albedo": "{name}_1024.png"}, "mask.png"),
+    "a mask likewise": ({"albedo": "{name}.1024.png"}, "mask_1024.png"),
+    "by custom": ({"albedo": "{name}-1024.png", "normal": "{name}.normal-1024.png"}, "mask.png"),
+    "in words": ({"albedo": "{name}_1024_BaseColor.png", "normal": "{name}_N_1024.png"}, "mask_1024.png"),
+    "in a folder": ({"albedo": "tex/{name}_1024.png", "normal": "tex/{name}_N_2048.png"}, "mask_1024.png"),
+    "of some": ({"albedo": "{name}_1024.png", "normal": "{name}_N.png"}, "mask.png"),
+}
+
+
+@pytest.mark.parametrize("style", SIZES)
+def test_a_number_that_is_also_a_size_is_that_where_all_images_say_no_other(tmp_path, style):
+    patterns, mask = SIZES[style]
+    whole = tmp_path / "whole"
+    save_character(
+        random_surface(expressions=2, side=16, maps=tuple(map for map in patterns if map != "albedo")), whole
+    )
+    write_texture(whole / "mask.png", np.full((16, 16, 1), 200, np.uint8))
+    folder = respelt(whole, tmp_path / "respelt", {**patterns}, masks=mask)
+    found = load_character(folder)
+    assert same(load_character(whole), found)
+    assert found.masked
+
+
+@pytest.mark.parametrize("pattern", ["{name}.{tile}.png", "T_{name}_BC_{tile}.png"])
+def test_beside_tiles_it_is_a_tile(tmp_path, pattern):
+    whole = tmp_path / "whole"
+    save_character(random_surface(expressions=2, side=16, maps=(), tiles=(2, 1)), whole)
+    folder = respelt(whole, tmp_path / "respelt", {"albedo": pattern})
+    for path in folder.glob("*1002*"):
+        path.rename(path.with_name(path.name.replace("1002", "1024")))
+    assert "onto tile 1002, which has no textures" in str(refused(folder))
 
 
 def refused(folder):

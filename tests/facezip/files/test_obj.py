@@ -178,6 +178,34 @@ def test_a_bad_mesh_is_refused_in_one_line(tmp_path, content, reason):
     assert "\n" not in str(caught.value)
 
 
+@settings(deadline=None)
+@given(st.data())
+def test_a_mesh_that_was_cut_anywhere_is_to_be_exported_again(place, data):
+    write_obj(place / "whole.obj", np.random.default_rng(0).normal(size=(25, 3)).astype(np.float32), grid_topology(5))
+    text = (place / "whole.obj").read_bytes()
+    text = text[: data.draw(st.integers(1, len(text) - 1))]
+    said = answer(place, text)
+    if isinstance(said, str) and "lines" not in said:
+        assert said == f"{place / 'a.obj'}: the file ends within line {len(text.splitlines())}; export it again"
+    elif not text.endswith(b"\n"):
+        assert not isinstance(said, str) or "its last line does not end: it may be cut off" in said
+
+
+@pytest.mark.parametrize(
+    "line", ["f", "f 1", "f 1/", "f 1/1", "f 1/1 2/", "f 1/1 2/2 3", "v", "v 1. 0", "v 1 1 1e", "vt 1", "use"]
+)
+def test_a_cut_line_is_not_to_be_removed(place, line):
+    with pytest.raises(FaceZipError, match=r"a\.obj: the file ends within line 10; export it again"):
+        read(place, f"{SQUARE}f 1/1 2/2 3/3\n{line}")
+    with pytest.raises(FaceZipError, match=r"a\.obj: line 10: "):
+        read(place, f"{SQUARE}f 1/1 2/2 3/3\n{line}\n")
+
+
+def test_a_file_without_a_last_line_end_is_read_as_with_one(place):
+    assert answer(place, SQUARE + "f 1/1 2/2 3/3") == answer(place, SQUARE + "f 1/1 2/2 3/3\n")
+    assert "no 'f' lines, and its last line does not end" in answer(place, SQUARE.strip())
+
+
 def test_half_a_file_of_two_bytes_a_letter_is_refused(place):
     with pytest.raises(FaceZipError, match="UTF-16"):
         read(place, SQUARE.encode("utf-16") + b"\x00\xd8\n")
