@@ -14,11 +14,12 @@ from facezip.character.gltf_files import files_beside
 from facezip.character.sources import is_gltf_name
 from facezip.documents.document import Data, Document, from_json, from_plain, plain, to_json
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.packs import is_pack
 from facezip.files.reading import reading
 from facezip.files.writing import write_whole
 from facezip.fit.documents import CompressDocument
 from facezip.pack.manifest import FILE_NAME
-from facezip.pack.verification import is_pack, stored, verify_pack
+from facezip.pack.verification import stored, verify_pack
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -91,7 +91,9 @@ def _decompress(pack: Path, output: Path, names: tuple[str, ...], blend: str | N
     textures = []
 
     def ours(folder: Path) -> bool:
-        return all(file.stem in known and file.suffix in (".png", ".exr") for file in folder.iterdir())
+        return folder.is_dir() and all(
+            file.stem in known and file.suffix in (".png", ".exr") for file in folder.iterdir()
+        )
 
     with whole_folder(output, overwrite, ours) as folder:
         for name in track(blends, "Decompressing", len(blends)):
@@ -116,7 +118,7 @@ def _weights(pack: Path, output: Path, names: tuple[str, ...], overwrite: bool) 
     files: list[str] = []
 
     def ours(folder: Path) -> bool:
-        return all(_WEIGHTS.fullmatch(file.name) for file in folder.iterdir())
+        return folder.is_dir() and all(_WEIGHTS.fullmatch(file.name) for file in folder.iterdir())
 
     with whole_folder(output, overwrite, ours) as folder:
         for tile in tiles:
