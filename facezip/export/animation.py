@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from facezip.character.scans import unknown
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.export.source import Tile
+from facezip.names import one_form
 from facezip.pack.model import MAX_BLEND
 
 # β by name; what is not named is zero. With GAIN in front of a name, how strongly it changes textures, and with REGION,
@@ -39,7 +40,7 @@ def read_animation(path: Path) -> list[Frame]:
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: {reason}") from None
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise FaceZipError(ErrorCode.BAD_VALUE, f"{path}: not a readable CSV file ({error})") from None
-    names = [name.strip() for name in names]
+    names = [one_form(name.strip()) for name in names]
     if not rows or len({*names}) < len(names):
         raise FaceZipError(
             ErrorCode.BAD_VALUE, f"{path}: needs different names of expressions in its first row, and rows of weights"
