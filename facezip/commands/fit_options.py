@@ -12,7 +12,7 @@ from facezip.errors import ErrorCode, FaceZipError
 from facezip.fit.pipeline import Request
 from facezip.fit.settings import EFFORTS, USED, Settings
 
-POSITIVE = click.FloatRange(min=0, min_open=True)
+POSITIVE = options.FiniteRange(min=0, min_open=True)
 # Methods that hold nothing as large as a texture.
 STREAMED = ("refined", "pca", "masks")
 SETTINGS = tuple(field.name for field in fields(Settings))
