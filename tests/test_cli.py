@@ -206,6 +206,25 @@ def test_no_option_takes_what_is_no_number(option, value):
     assert f"Invalid value for '{each.opts[0]}'" in done.stderr
 
 
+@pytest.mark.parametrize("place", given_to(click.Path))
+def test_no_empty_path_is_taken_for_the_current_folder(place):
+    words, each = given_to(click.Path)[place]
+    with pytest.raises(click.BadParameter, match="the path is empty; ") as refused:
+        each.type_cast_value(click.Context(click.Command(words[-1])), ("",) if each.nargs == -1 else "")
+    assert refused.value.param is each
+
+
+def test_an_empty_path_is_a_wrong_call_that_names_it():
+    for words, named in (
+        (("doctor", ""), "'PATH'"),
+        (("doctor", "--json", ""), "'PATH'"),
+        (("demo", "-o", ""), "'-o'"),
+    ):
+        done = run(*words)
+        assert done.returncode == ExitCode.USAGE
+        assert f"Invalid value for {named}" in done.stderr
+
+
 def test_every_wrong_call_is_one_line_an_exit_code_and_no_output(scans, pack, tmp_path):
     save_character(random_character(side=32, expressions=7), tmp_path / "other")
     write_texture(tmp_path / "importance.png", np.full((16, 16, 1), 255, np.uint8))

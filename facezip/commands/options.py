@@ -12,7 +12,18 @@ from click.core import ParameterSource
 from facezip.documents.document import Data, Document, to_json
 from facezip.names import printable
 
-FOLDER = click.Path(path_type=Path)
+
+class _Place(click.Path):
+    """A path that says something: an empty one would be the current folder."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The path; a wrong call that names the option or argument where nothing is named."""
+        if value == "":
+            self.fail("the path is empty; name a file or folder, or . for the current one.", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+FOLDER = _Place(path_type=Path)
 
 
 class FiniteRange(click.FloatRange):
