@@ -9,7 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
 
-from facezip.character.filenames import is_litter
+from facezip.character.filenames import files_below
 from facezip.character.gltf_files import files_beside
 from facezip.character.sources import is_gltf_name
 from facezip.documents.document import Data, Document, from_json, from_plain, plain, to_json
@@ -66,9 +66,7 @@ def _inputs_of(path: Path) -> dict[str, str]:
             return {file.relative_to(path.parent).as_posix(): stored(file).sha256 for file in beside} | {
                 "": stored(path).sha256
             }
-        every = sorted(file for file in path.rglob("*") if file.is_file())
-        files = [file for file in every if not is_litter(file.relative_to(path))]
-        return {file.relative_to(path).as_posix(): stored(file).sha256 for file in files}
+        return {file.relative_to(path).as_posix(): stored(file).sha256 for file in files_below(path)}
 
 
 def find(pack: Path, digest: str) -> CompressDocument | None:

@@ -20,7 +20,7 @@ from facezip.character.custom import (
     unread_note,
     without_mesh,
 )
-from facezip.character.filenames import MASK, files_near, first_tile, is_like_a_mask, is_litter, visible_files, within
+from facezip.character.filenames import MASK, files_near, first_tile, is_like_a_mask, visible_files, within
 from facezip.character.map_words import MapWord
 from facezip.character.maps import ALBEDO
 from facezip.character.mesh_names import NamedMeshes
@@ -75,7 +75,7 @@ def spelled(folder: Path, meshes: NamedMeshes) -> Spelled:
 
 def unused_below(folder: Path, meshes: NamedMeshes, found: Found) -> list[Note]:
     """Notes on images in folders beside textures that are used: they are of maps that those have not, and left out."""
-    images = _images(folder, (path for path in folder.glob("*/*") if not is_litter(path.relative_to(folder))))
+    images = _images(folder, (path for path in files_near(folder) if path.parent.parent == folder))
     if not images or any(path.parent != folder for of in found.maps.values() for path in of.values()):
         return []
     names = called(meshes.called)
