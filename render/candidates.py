@@ -5,6 +5,7 @@ from pathlib import Path
 from facezip.character.loading import load_character
 from facezip.character.scans import NEUTRAL, Character
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.packs import is_pack
 from facezip.pack.belonging import check_belongs
 from facezip.pack.errors import model_errors, texture_errors
 from facezip.pack.facts import pack_facts
@@ -13,7 +14,6 @@ from facezip.pack.model import CompressedTextures
 from facezip.pack.parsing import read_manifest
 from facezip.pack.read import read_pack
 from facezip.pack.same_neutral import warn_of_another
-from facezip.pack.verification import is_pack
 from render.documents.judged import TextureFacts
 from render.staging import Source, staged
 from render.validation import Candidate

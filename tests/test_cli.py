@@ -4,11 +4,14 @@ import json
 import subprocess
 import sys
 
+import click
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from facezip.character.loading import save_character
-from facezip.cli import VERBS
+from facezip.cli import VERBS, facezip
+from facezip.commands.options import FiniteRange
 from facezip.errors import ExitCode
 from facezip.files.images import read_texture, write_texture
 from facezip.pack.read import read_pack
@@ -171,6 +174,55 @@ def test_a_call_that_fails_answers_programs_too(scans, pack, tmp_path):
         error = json.loads(done.stdout)["error"]
         assert error["code"] == name
         assert error["message"] in done.stderr
+
+
+def commands(group=facezip, *words):
+    """All verbs, and those of verbs that have several, by their words."""
+    for name in group.list_commands(None):
+        command = group.get_command(None, name)
+        if isinstance(command, click.Group):
+            yield from commands(command, *words, name)
+        else:
+            yield (*words, name), command
+
+
+def given_to(kind):
+    """Every option and argument of a type, as the words of a call up to it and a parameter."""
+    return {
+        f"{' '.join(words)} {each.opts[0]}": (words, each)
+        for words, command in commands()
+        for each in command.params
+        if isinstance(each.type, kind)
+    }
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "-inf"])
+@pytest.mark.parametrize("option", given_to(click.types.FloatParamType))
+def test_no_option_takes_what_is_no_number(option, value):
+    words, each = given_to(click.types.FloatParamType)[option]
+    assert isinstance(each.type, FiniteRange)
+    done = CliRunner().invoke(facezip, [*words, f"{each.opts[0]}={value}"])
+    assert done.exit_code == ExitCode.USAGE
+    assert f"Invalid value for '{each.opts[0]}'" in done.stderr
+
+
+@pytest.mark.parametrize("place", given_to(click.Path))
+def test_no_empty_path_is_taken_for_the_current_folder(place):
+    words, each = given_to(click.Path)[place]
+    with pytest.raises(click.BadParameter, match="the path is empty; ") as refused:
+        each.type_cast_value(click.Context(click.Command(words[-1])), ("",) if each.nargs == -1 else "")
+    assert refused.value.param is each
+
+
+def test_an_empty_path_is_a_wrong_call_that_names_it():
+    for words, named in (
+        (("doctor", ""), "'PATH'"),
+        (("doctor", "--json", ""), "'PATH'"),
+        (("demo", "-o", ""), "'-o'"),
+    ):
+        done = run(*words)
+        assert done.returncode == ExitCode.USAGE
+        assert f"Invalid value for {named}" in done.stderr
 
 
 def test_every_wrong_call_is_one_line_an_exit_code_and_no_output(scans, pack, tmp_path):

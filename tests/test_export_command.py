@@ -292,12 +292,12 @@ def test_the_gain_of_a_region_is_a_column_of_an_animation(run, pack, tmp_path):
 ANIMATIONS = {
     "unknown region": ("gains.regions.chin\n1\n", "no region 'chin'"),
     "unknown name": ("smile\n1\n", "no expression 'smile'"),
-    "too few numbers": (f"{NASTY[1]},{NASTY[3]}\n0,1\n0\n", "row 2 of weights is not 2 numbers"),
-    "no number": (f"{NASTY[1]}\nmuch\n", "row 1 of weights is not 1 numbers"),
+    "too few numbers": (f"{NASTY[1]},{NASTY[3]}\n0,1\n0\n", "row 2 of weights is '0', not 2 numbers"),
+    "no number": (f"{NASTY[1]}\nmuch\n", "row 1 of weights is 'much', not a number"),
     "beyond all": (f"{NASTY[1]}\nnan\n", "must lie within"),
-    "no frames": (f"{NASTY[1]}\n", "rows of weights"),
-    "nothing": ("", "rows of weights"),
-    "twice": (f"{NASTY[1]},{NASTY[1]}\n1,1\n", "different names"),
+    "no frames": (f"{NASTY[1]}\n", "no row of weights follows"),
+    "nothing": ("", "no row of weights follows"),
+    "twice": (f"{NASTY[1]},{NASTY[1]}\n1,1\n", "a name twice"),
 }
 
 
@@ -309,6 +309,28 @@ def test_an_animation_that_cannot_be_shown_is_refused(run, pack, tmp_path, fault
     assert len(error.splitlines()) == 1
     assert words in error
     assert not (tmp_path / "out").exists()
+
+
+NO_ANIMATIONS = {
+    "a mesh": (b"v 0 0.5 1\nv 1 0.5 0\n", "row 1 of weights is 'v 1 0.5 0', not a number as the first row 'v 0 0.5 1'"),
+    "an image": (b"\x89PNG\r\n\x1a\n\0", "not a readable CSV file"),
+    "nothing": (b"", "no row of weights follows its first row ''"),
+}
+
+
+@pytest.mark.parametrize("what", NO_ANIMATIONS)
+def test_of_what_is_no_animation_it_is_said_what_it_holds_and_what_is_expected(run, pack, tmp_path, what):
+    content, words = NO_ANIMATIONS[what]
+    (tmp_path / "smile.obj").write_bytes(content)
+    code, _, error = run("export", pack, "--to", "usd", "--animation", tmp_path / "smile.obj", "-o", tmp_path / "out")
+    assert code == ExitCode.BAD_INPUT
+    assert len(error.splitlines()) == 1
+    for part in (
+        "smile.obj: ",
+        words,
+        "; give a CSV file of weights: different names of expressions",
+    ):
+        assert part in error
 
 
 def test_a_missing_animation_is_named(run, pack, tmp_path):

@@ -9,16 +9,17 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
 
-from facezip.character.filenames import is_litter
+from facezip.character.filenames import files_below
 from facezip.character.gltf_files import files_beside
 from facezip.character.sources import is_gltf_name
 from facezip.documents.document import Data, Document, from_json, from_plain, plain, to_json
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.packs import is_pack
 from facezip.files.reading import reading
 from facezip.files.writing import write_whole
 from facezip.fit.documents import CompressDocument
 from facezip.pack.manifest import FILE_NAME
-from facezip.pack.verification import is_pack, stored, verify_pack
+from facezip.pack.verification import stored, verify_pack
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,9 +66,7 @@ def _inputs_of(path: Path) -> dict[str, str]:
             return {file.relative_to(path.parent).as_posix(): stored(file).sha256 for file in beside} | {
                 "": stored(path).sha256
             }
-        every = sorted(file for file in path.rglob("*") if file.is_file())
-        files = [file for file in every if not is_litter(file.relative_to(path))]
-        return {file.relative_to(path).as_posix(): stored(file).sha256 for file in files}
+        return {file.relative_to(path).as_posix(): stored(file).sha256 for file in files_below(path)}
 
 
 def find(pack: Path, digest: str) -> CompressDocument | None:

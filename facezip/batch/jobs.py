@@ -82,4 +82,5 @@ def _listed(path: Path) -> Iterator[Job]:
 
 
 def _is_table(table: Any) -> bool:
-    return isinstance(table, dict) and isinstance(table.get("path"), str)
+    """A table with a path; an empty one would be the folder of the list."""
+    return isinstance(table, dict) and isinstance(table.get("path"), str) and table["path"] != ""

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from facezip.character.maps import KNOWN
 from facezip.character.tiles import FIRST_TILE, LAST_TILE
+from facezip.files.packs import MANIFEST, is_pack
 from facezip.names import folded, one_form
 
 MASK = "mask"
@@ -58,13 +59,20 @@ def visible_files(folder: Path) -> list[Path]:
 
 def files_below(folder: Path) -> list[Path]:
     """All files in a folder and those within it that are a person's."""
-    return [path for path in sorted(folder.rglob("*")) if not is_litter(path.relative_to(folder)) and path.is_file()]
+    return _of_a_person(folder, sorted(folder.rglob("*")))
 
 
 def files_near(folder: Path) -> list[Path]:
     """The files in a folder, in those within it, and in those within these, that are a person's."""
     near = (path for pattern in ("*", "*/*", "*/*/*") for path in sorted(folder.glob(pattern)))
-    return [path for path in near if not is_litter(path.relative_to(folder)) and path.is_file()]
+    return _of_a_person(folder, near)
+
+
+def _of_a_person(folder: Path, paths: Iterable[Path]) -> list[Path]:
+    """The files that are no litter, and not of a pack, which may have been written beside its scans."""
+    files = [path for path in paths if not is_litter(path.relative_to(folder)) and path.is_file()]
+    packs = {file.parent for file in files if file.name == MANIFEST and is_pack(file.parent)}
+    return [file for file in files if packs.isdisjoint(file.parents)]
 
 
 def folder_called(path: Path, suffixes: Collection[str]) -> Path | None:

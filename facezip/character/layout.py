@@ -18,11 +18,9 @@ from facezip.character.tiles import FIRST_TILE
 from facezip.errors import ErrorCode, FaceZipError, Refuse, raised
 from facezip.files.mtl import images_by_material
 from facezip.files.opening import OTHER_SUFFIXES, TEXTURE_SUFFIXES, not_read
+from facezip.files.packs import MANIFEST
 from facezip.files.reading import reading
 from facezip.names import folded
-
-# What a folder of scans has not, and a pack has.
-MANIFEST = "manifest.json"
 
 
 @dataclass(frozen=True)

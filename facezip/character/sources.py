@@ -3,11 +3,12 @@
 from pathlib import Path
 
 from facezip.character.filenames import visible_files
-from facezip.character.layout import MANIFEST, holds_neutral
+from facezip.character.layout import holds_neutral
 from facezip.character.mesh_names import MESH_SUFFIX
 from facezip.character.parts import listed
 from facezip.character.settings import SETTINGS
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.packs import MANIFEST
 
 GLTF_SUFFIXES = (".glb", ".gltf", ".vrm")
 _STARTS = b"glTF"

@@ -28,7 +28,6 @@ from facezip.character.filenames import (
     files_near,
     first_tile,
     is_like_a_mask,
-    is_litter,
     visible_files,
     within,
 )
@@ -98,7 +97,7 @@ def _settled(images: dict[str, Path], readings: dict[str, Reading], meshes: Name
 
 def unused_below(folder: Path, meshes: NamedMeshes, found: Found) -> list[Note]:
     """Notes on images in folders beside textures that are used: they are of maps that those have not, and left out."""
-    images = _images(folder, (path for path in folder.glob("*/*") if not is_litter(path.relative_to(folder))))
+    images = _images(folder, (path for path in files_near(folder) if path.parent.parent == folder))
     if not images or any(path.parent != folder for of in found.maps.values() for path in of.values()):
         return []
     names = called(meshes.called)

@@ -8,7 +8,7 @@ import click
 
 from facezip.character.loading import load_character
 from facezip.commands import options
-from facezip.files.writing import whole_folder
+from facezip.files.writing import check_target, whole_folder
 from facezip.pack.read import read_pack
 from facezip.rigging.originals import originals_of
 from facezip.rigging.sequences import frames_of, poses_for
@@ -44,6 +44,7 @@ def command(
     from render.settings import Settings
     from reports.animation import is_animation, write_animation_report
 
+    check_target(output, overwrite, is_animation)
     scans, model = load_character(character), read_pack(pack)
     originals = originals_of(scans, model, pack)
     sequence = frames_of(poses_for(model.expressions), frames)

@@ -190,11 +190,6 @@ def _batch_folder(output: Path) -> AbstractContextManager[None]:
             ErrorCode.CANNOT_WRITE, f"{output}: exists and is not of a batch; choose another name or an empty folder"
         )
     if not (output / FILE_NAME).is_file():
-        try:
-            output.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            reason = f"cannot write ({error.strerror}); check space and rights"
-            raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{output}: {reason}") from None
         write_whole(output / FILE_NAME, to_json(BatchDocument()).encode())
     return alone(output, output)
 

@@ -25,7 +25,7 @@ from facezip.character.scans import Character
 from facezip.commands import options
 from facezip.documents.document import Document, to_json
 from facezip.errors import ExitCode
-from facezip.files.writing import whole_folder
+from facezip.files.writing import check_target, whole_folder
 
 FILE_NAME, SHEET = "alignment.json", "alignment.png"
 
@@ -130,6 +130,8 @@ def command(character: Path, output: Path | None, corrected: Path | None, overwr
     The displacement is found on the albedo. --register moves all maps by it.
     """
     begin = perf_counter()
+    if output is not None:
+        check_target(output, overwrite, _is_check)
     scans = load_character(character)
     found = alignments(scans)
     moved = None if corrected is None else _register(scans, found, corrected)
@@ -192,9 +194,13 @@ def _register(scans: Character, found: Alignments, folder: Path) -> RegisterFact
 def _write(output: Path, overwrite: bool, document: CheckDocument, scans: Character, found: Alignments) -> None:
     from reports.alignment import write_contact_sheet
 
-    with whole_folder(output, overwrite, lambda folder: (folder / FILE_NAME).is_file()) as folder:
+    with whole_folder(output, overwrite, _is_check) as folder:
         write_contact_sheet(folder / SHEET, scans, found)
         (folder / FILE_NAME).write_text(to_json(document))
+
+
+def _is_check(folder: Path) -> bool:
+    return (folder / FILE_NAME).is_file()
 
 
 def _lines(document: CheckDocument) -> list[str]:

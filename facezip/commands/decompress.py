@@ -91,7 +91,9 @@ def _decompress(pack: Path, output: Path, names: tuple[str, ...], blend: str | N
     textures = []
 
     def ours(folder: Path) -> bool:
-        return all(file.stem in known and file.suffix in (".png", ".exr") for file in folder.iterdir())
+        return folder.is_dir() and all(
+            file.stem in known and file.suffix in (".png", ".exr") for file in folder.iterdir()
+        )
 
     with whole_folder(output, overwrite, ours) as folder:
         for name in track(blends, "Decompressing", len(blends)):
@@ -116,7 +118,7 @@ def _weights(pack: Path, output: Path, names: tuple[str, ...], overwrite: bool) 
     files: list[str] = []
 
     def ours(folder: Path) -> bool:
-        return all(_WEIGHTS.fullmatch(file.name) for file in folder.iterdir())
+        return folder.is_dir() and all(_WEIGHTS.fullmatch(file.name) for file in folder.iterdir())
 
     with whole_folder(output, overwrite, ours) as folder:
         for tile in tiles:
@@ -143,14 +145,26 @@ def _stems(model: CompressedTextures, name: str) -> dict[tuple[Map, int], str]:
 
 def _blends(model: CompressedTextures, names: tuple[str, ...], blend: str | None) -> dict[str, dict[str, float]]:
     if blend is not None:
-        return {BLEND_FILE: parse_blend(blend)}
+        return {BLEND_FILE: parse_blend(blend, model.expressions)}
     return {name: {name: 1.0} for name in map(one_form, names or model.expressions)}
 
 
-def parse_blend(text: str) -> dict[str, float]:
-    """``"smile=0.5,blink=1"`` as a dictionary; ``BAD_VALUE`` for anything else."""
+def parse_blend(text: str, expressions: Iterable[str]) -> dict[str, float]:
+    """``"smile=0.5,blink=1"`` as a dictionary; ``BAD_VALUE`` for anything else, and for a name that is there twice.
+
+    Names may hold ``,`` and ``=``: where the text goes on with several of ``expressions``, the longest is meant.
+    """
+    known = "|".join(map(re.escape, sorted(expressions, key=len, reverse=True)))
+    item = re.compile(rf"\s*({known}|[^,]*)\s*=([^,=]*),", re.DOTALL)
+    rest, weights = f"{one_form(text)},", dict[str, float]()
     try:
-        pairs = [item.rsplit("=", 1) for item in text.split(",")]
-        return {name.strip(): float(weight) for name, weight in pairs}
+        while rest:
+            found = item.match(rest)
+            name = found[1].strip() if found else ""
+            if not found or name in weights:
+                raise ValueError
+            weights[name], rest = float(found[2]), rest[found.end() :]
     except ValueError:
-        raise FaceZipError(ErrorCode.BAD_VALUE, f"--blend '{text}': write it as NAME=0.5,NAME=1") from None
+        reason = "write it as NAME=0.5,NAME=1, each name once"
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"--blend '{text}': {reason}") from None
+    return weights

@@ -12,7 +12,7 @@ from facezip.errors import ErrorCode, FaceZipError
 from facezip.fit.pipeline import Request
 from facezip.fit.settings import EFFORTS, USED, Settings
 
-POSITIVE = click.FloatRange(min=0, min_open=True)
+POSITIVE = options.FiniteRange(min=0, min_open=True)
 # Methods that hold nothing as large as a texture.
 STREAMED = ("refined", "pca", "masks")
 SETTINGS = tuple(field.name for field in fields(Settings))
@@ -139,11 +139,14 @@ def _setting(name: str, metavar: str, help_: str) -> Callable[..., Any]:
 
 def _map_weights(pairs: Iterable[str]) -> dict[str, float]:
     """``("normal=0.5", "roughness=2")`` as a dictionary; ``BAD_VALUE`` for anything else."""
-    weights = {}
+    weights: dict[str, float] = {}
     for pair in pairs:
         name, _, weight = pair.partition("=")
         try:
+            if name.strip() in weights:
+                raise ValueError
             weights[name.strip()] = float(weight)
         except ValueError:
-            raise FaceZipError(ErrorCode.BAD_VALUE, f"--map-weight '{pair}': write it as MAP=0.5") from None
+            reason = "write it as MAP=0.5, each map once"
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"--map-weight '{pair}': {reason}") from None
     return weights

@@ -40,7 +40,7 @@ REPORT_FILE = "importance.json"
     "--spp", type=click.IntRange(1, 4096), default=16, show_default=True, metavar="N", help="Samples per pixel."
 )
 @click.option(
-    "--floor", type=click.FloatRange(0, 1), default=0.3, show_default=True, metavar="X",
+    "--floor", type=options.FiniteRange(0, 1), default=0.3, show_default=True, metavar="X",
     help="What a texel that no view sees counts, in parts of the mean.",
 )  # fmt: skip
 @click.option(

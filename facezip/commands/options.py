@@ -1,5 +1,6 @@
 """Options that several verbs share, and the two ways in which a verb answers."""
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -11,7 +12,30 @@ from click.core import ParameterSource
 from facezip.documents.document import Data, Document, to_json
 from facezip.names import printable
 
-FOLDER = click.Path(path_type=Path)
+
+class _Place(click.Path):
+    """A path that says something: an empty one would be the current folder."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The path; a wrong call that names the option or argument where nothing is named."""
+        if value == "":
+            self.fail("the path is empty; name a file or folder, or . for the current one.", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+FOLDER = _Place(path_type=Path)
+
+
+class FiniteRange(click.FloatRange):
+    """Numbers of a range: ``nan``, which no comparison refuses, and ``inf`` are none."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """The number; a wrong call that names the option where it is none."""
+        number: float = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{number} is no number that can be used here.", param, ctx)
+        return number
+
 
 as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON document on stdout, and nothing else.")
 # Of the embedded character, and of what is measured.

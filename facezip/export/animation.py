@@ -3,6 +3,7 @@
 import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from textwrap import shorten
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +11,14 @@ from numpy.typing import NDArray
 from facezip.character.scans import unknown
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.export.source import Tile
+from facezip.names import one_form
 from facezip.pack.model import MAX_BLEND
 
 # β by name; what is not named is zero. With GAIN in front of a name, how strongly it changes textures, and with REGION,
 # how strongly all that do change that region of the face: else 1.
 Frame = Mapping[str, float]
 GAIN, REGION = "gains.expressions.", "gains.regions."
+_EXPECTED = "give a CSV file of weights: different names of expressions in its first row, then a row of numbers a frame"
 
 
 def every_expression(expressions: Sequence[str]) -> list[Frame]:
@@ -35,15 +38,14 @@ def read_animation(path: Path) -> list[Frame]:
         with open(path, newline="", encoding="utf-8-sig") as file:
             names, *rows = [row for row in csv.reader(file) if row] or [[]]
     except FileNotFoundError:
-        reason = "no such animation; give a CSV file of weights by frame"
-        raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: {reason}") from None
+        raise FaceZipError(ErrorCode.MISSING_FILE, f"{path}: no such animation; {_EXPECTED}") from None
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise FaceZipError(ErrorCode.BAD_VALUE, f"{path}: not a readable CSV file ({error})") from None
-    names = [name.strip() for name in names]
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"{path}: not a readable CSV file ({error}); {_EXPECTED}") from None
+    names = [one_form(name.strip()) for name in names]
     if not rows or len({*names}) < len(names):
-        raise FaceZipError(
-            ErrorCode.BAD_VALUE, f"{path}: needs different names of expressions in its first row, and rows of weights"
-        )
+        first = f"its first row '{_begin(names)}'"
+        reason = f"{first} has a name twice" if rows else f"no row of weights follows {first}"
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"{path}: {reason}; {_EXPECTED}")
     return [_frame(path, number, names, row) for number, row in enumerate(rows, 1)]
 
 
@@ -76,5 +78,11 @@ def _frame(path: Path, number: int, names: Sequence[str], row: Sequence[str]) ->
     try:
         return {name: float(value) for name, value in zip(names, row, strict=True)}
     except ValueError:
-        reason = f"row {number} of weights is not {len(names)} numbers, one for each name of the first row"
-        raise FaceZipError(ErrorCode.BAD_VALUE, f"{path}: {reason}") from None
+        wanted = "a number" if len(names) == 1 else f"{len(names)} numbers"
+        reason = f"row {number} of weights is '{_begin(row)}', not {wanted} as the first row '{_begin(names)}' asks for"
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"{path}: {reason}; {_EXPECTED}") from None
+
+
+def _begin(row: Sequence[str]) -> str:
+    """As much of a row as shows what kind of file it is of."""
+    return shorten(",".join(row), 40, placeholder="…")

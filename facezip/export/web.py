@@ -3,9 +3,8 @@
 from pathlib import Path
 
 from facezip.character.scans import Character
-from facezip.errors import ErrorCode, FaceZipError
 from facezip.export.documents.export import WebDocument
-from facezip.files.writing import write_whole
+from facezip.files.writing import check_target, write_whole
 from facezip.viewer.page import single_page
 from facezip.viewer.scene import read_scene
 
@@ -23,18 +22,11 @@ def export_web(pack: Path, output: Path, *, character: Character | None = None, 
     Raises
     ------
     FaceZipError
-        What :func:`facezip.viewer.scene.read_scene` raises; ``CANNOT_WRITE`` where the file exists, without
-        ``overwrite`` or because it is none of ours, or where the disk refuses.
+        What :func:`facezip.viewer.scene.read_scene` and :mod:`facezip.files.writing` raise.
     """
     file = output if output.suffix.lower() == ".html" else output / FILE_NAME
-    _check_target(file, overwrite)
+    check_target(file, overwrite, _is_ours)
     content = single_page(read_scene(pack, character))
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FaceZipError(
-            ErrorCode.CANNOT_WRITE, f"{file.parent}: cannot make the folder ({error.strerror})"
-        ) from None
     write_whole(file, content)
     return WebDocument(output=str(file), bytes=len(content), originals=character is not None)
 
@@ -42,20 +34,11 @@ def export_web(pack: Path, output: Path, *, character: Character | None = None, 
 def page_at(path: Path) -> Path | None:
     """The page of an export, given itself or by its folder; None where there is none."""
     file = path / FILE_NAME if path.is_dir() else path
-    return file if file.suffix.lower() == ".html" and file.is_file() and _is_ours(file) else None
-
-
-def _check_target(file: Path, overwrite: bool) -> None:
-    if not file.exists():
-        return
-    if not overwrite:
-        raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{file}: exists already; choose another name or add --overwrite")
-    if not file.is_file() or not _is_ours(file):
-        raise FaceZipError(
-            ErrorCode.CANNOT_WRITE, f"{file}: was not made by facezip and will not be replaced; choose another name"
-        )
+    return file if file.suffix.lower() == ".html" and _is_ours(file) else None
 
 
 def _is_ours(file: Path) -> bool:
+    if not file.is_file():
+        return False
     with open(file, "rb") as content:
         return content.read(len(_BEGINNING)) == _BEGINNING

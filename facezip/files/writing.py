@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.packs import check_outside_packs
 from facezip.files.reading import undisturbed
 from facezip.files.renaming import Locked, put_in_place, recover, siblings
 
@@ -24,12 +25,13 @@ def whole_folder(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> I
     ----------
     path : the folder to make.
     overwrite : whether an existing ``path`` may be replaced.
-    ours : tells whether an existing folder was made by this program; no other is ever replaced.
+    ours : tells whether what exists was made by this program, a folder or not; nothing else is ever replaced.
 
     Raises
     ------
     FaceZipError
-        ``CANNOT_WRITE``: the folder exists, holds something else, or the disk refuses. What was there is untouched.
+        ``CANNOT_WRITE``: the folder exists, holds something else, lies within a pack, or the disk refuses. What was
+        there is untouched.
     """
     with _writing(path):
         target = Path(os.path.realpath(path))
@@ -93,18 +95,22 @@ def alone(folder: Path, path: Path) -> Iterator[None]:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write one file so that a reader sees the old content or the new, never a part.
+    """Write one file, and the folders that lead to it, so that a reader sees the old content or the new, never a part.
 
     Raises
     ------
     FaceZipError
         ``CANNOT_WRITE``, naming the file and the reason.
     """
-    with _writing(path), _sibling(Path(os.path.realpath(path)), lambda new: new.touch(exist_ok=False)) as temporary:
-        temporary.write_bytes(content)
-        _sync(temporary)
-        os.replace(temporary, Path(os.path.realpath(path)))
-        _sync(path.parent)
+    check_outside_packs(path)
+    target = Path(os.path.realpath(path))
+    with _writing(path):
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with _sibling(target, lambda new: new.touch(exist_ok=False)) as temporary:
+            temporary.write_bytes(content)
+            _sync(temporary)
+            os.replace(temporary, target)
+            _sync(target.parent)
 
 
 @contextmanager
@@ -177,15 +183,21 @@ def _remove_at_once(path: Path) -> None:
 
 
 def check_target(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> None:
-    """Refuse a folder that :func:`whole_folder` would refuse, before there is anything to put into it.
+    """Refuse a file or folder that may not be written, before there is anything to put there.
+
+    Parameters
+    ----------
+    path, overwrite, ours : as of :func:`whole_folder`.
 
     Raises
     ------
     FaceZipError
-        ``CANNOT_WRITE``: it exists, and may not be replaced or holds something else.
+        ``CANNOT_WRITE``: it exists, and may not be replaced or holds something else; or it lies within a pack.
     """
-    # Another writer may be about to replace it, too.
-    undisturbed(path, lambda: _check(path, overwrite, ours))
+    check_outside_packs(path)
+    with _writing(path):
+        # Another writer may be about to replace it, too.
+        undisturbed(path, lambda: _check(path, overwrite, ours))
 
 
 def _check(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> None:
@@ -193,7 +205,7 @@ def _check(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> None:
         return
     if not overwrite:
         raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{path}: exists already; choose another name or add --overwrite")
-    if not path.is_dir() or not ours(path):
+    if not ours(path):
         raise FaceZipError(
             ErrorCode.CANNOT_WRITE, f"{path}: was not made by facezip and will not be replaced; choose another name"
         )

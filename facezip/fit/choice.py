@@ -83,9 +83,12 @@ def choose(
         ``OUT_OF_REACH``: no combination meets the target, or none is within the budget; the message names the best
         there is. ``BAD_VALUE``: neither is given, or one is not positive.
     """
-    limits = [limit for limit in (target_rmse, budget_bytes) if limit is not None]
-    if not limits or not all(limit > 0 for limit in limits):
-        raise FaceZipError(ErrorCode.BAD_VALUE, "target and budget: give one of them, as a positive number")
+    limits = {"target RMSE": target_rmse, "budget": budget_bytes}
+    if target_rmse is None and budget_bytes is None:
+        raise FaceZipError(ErrorCode.BAD_VALUE, "neither a target nor a budget to choose by: give one of them, or both")
+    for words, limit in limits.items():
+        if limit is not None and not limit > 0:
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"{words} {limit:g}: must be a positive number")
     budget = float("inf") if budget_bytes is None else budget_bytes
     search = _Search(character, importance, map_weights or {})
     settings = search.within(budget)
@@ -93,12 +96,12 @@ def choose(
         least = min(search.within(float("inf")), key=search.cost)
         raise FaceZipError(
             ErrorCode.OUT_OF_REACH,
-            f"budget of {budget / 1e6:.2f} MB: the least is {search.cost(least) / 1e6:.2f} MB ({_words(*least)}); "
+            f"budget of {budget / 1e6:g} MB: the least is {_megabytes(search.cost(least))} ({_words(*least)}); "
             "raise the budget or use smaller textures",
         )
     if target_rmse is None:
         trial, model = search.best_of(settings)
-        reason = f"the least error within {budget / 1e6:.2f} MB"
+        reason = f"the least error within {budget / 1e6:g} MB"
     else:
         trial, model = search.cheapest(settings, target_rmse)
         reason = f"the least memory with an error of at most {target_rmse:g}"
@@ -169,7 +172,7 @@ class _Search:
             raise FaceZipError(
                 ErrorCode.OUT_OF_REACH,
                 f"target RMSE {target:g}: the best within reach is {nearest.rmse:.3f} with "
-                f"{_words(nearest.differences, nearest.weight_scale)}, {nearest.bytes_on_gpu / 1e6:.2f} MB; raise the "
+                f"{_words(nearest.differences, nearest.weight_scale)}, {_megabytes(nearest.bytes_on_gpu)}; raise the "
                 "target or the budget",
             )
         return best
@@ -202,6 +205,11 @@ def whole_error(errors: Errors, map_weights: Mapping[str, float]) -> float:
 def _in_bytes(found: MapErrors) -> float:
     angle = found.angular_error_rms
     return found.mean if angle is None else radians(angle) * 255 / (2 * sqrt(3))
+
+
+def _megabytes(count: int) -> str:
+    """With two decimals; with three digits where those would say little of it."""
+    return f"{count / 1e6:{'.2f' if count >= 1e6 else '.3g'}} MB"
 
 
 def _words(differences: int, weight_scale: int) -> str:

@@ -9,6 +9,7 @@ from facezip.character.loading import load_character
 from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import Texels
+from facezip.files.packs import is_pack
 from facezip.files.writing import check_target
 from facezip.fit.documents import ExtendDocument
 from facezip.fit.extension import beside_neutral_of, extended
@@ -24,7 +25,6 @@ from facezip.pack.parsing import read_manifest
 from facezip.pack.quantise import StoredTextures
 from facezip.pack.read import read_bytes
 from facezip.pack.same_neutral import check_same_neutral
-from facezip.pack.verification import is_pack
 
 # A fit of all is advised for an expression that would lose less than two thirds of its error there, and half a level.
 MUCH, MUCH_IN_LEVELS = 1.5, 0.5

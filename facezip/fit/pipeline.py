@@ -12,6 +12,7 @@ from facezip.character.loading import load_character
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
 from facezip.cleaning.steps import clean
+from facezip.files.packs import is_pack
 from facezip.files.values import read_values
 from facezip.files.writing import check_target
 from facezip.fit.choice import Choice, choose
@@ -33,7 +34,6 @@ from facezip.pack.facts import pack_facts
 from facezip.pack.manifest import MadeWith
 from facezip.pack.model import CompressedTextures
 from facezip.pack.parsing import read_manifest
-from facezip.pack.verification import is_pack
 from facezip.pack.write import write_pack
 
 

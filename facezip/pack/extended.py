@@ -12,13 +12,14 @@ from typing import Any
 
 from facezip.character.scans import check_names
 from facezip.files.images import Texels, write_texture
+from facezip.files.packs import is_pack
 from facezip.files.reading import reading
 from facezip.files.writing import whole_folder
 from facezip.pack.manifest import FILE_NAME, Manifest, TileEntry
 from facezip.pack.masked import MaskedWeights
 from facezip.pack.parsing import damaged_pack
 from facezip.pack.quantise import StoredTextures
-from facezip.pack.verification import is_pack, stored
+from facezip.pack.verification import stored
 from facezip.pack.write import checked_content, weights_entry, write_activations, write_geometry
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.packs import START
 from facezip.files.reading import reading
 from facezip.names import one_form
 from facezip.pack import version_1, version_2
@@ -31,7 +32,6 @@ from facezip.pack.manifest import (
 # A parsed list takes up to 30 times its text.
 MAX_BYTES = 2 * 2**20
 
-_START = re.compile(rb'\{\n "sha256": "([0-9a-f]{64})",\n "format": "facezip-pack/')
 _SURROGATE = re.compile(rb"\\u[dD][89a-fA-F]")
 
 
@@ -61,14 +61,6 @@ def read_manifest(folder: Path) -> Manifest:
     # Packs of earlier versions may hold names as a file system wrote them.
     expressions = tuple(map(one_form, manifest.expressions))
     return replace(manifest, expressions=expressions, name=manifest.name or folder.resolve().stem)
-
-
-def begins_like_a_manifest(path: Path) -> bool:
-    """Whether a file starts as the manifest of some version of the format does; damage further down is not seen."""
-    if path.is_symlink() or not path.is_file():
-        return False
-    with open(path, "rb") as file:
-        return _START.match(file.read(256)) is not None
 
 
 def bad_pack(folder: Path, reason: str) -> FaceZipError:
@@ -126,7 +118,7 @@ def _content(folder: Path, path: Path) -> bytes:
 
 
 def _check_own_checksum(folder: Path, content: bytes) -> None:
-    match = _START.match(content)
+    match = START.match(content)
     if match is None:
         raise damaged_pack(folder, f"{FILE_NAME} does not begin with its checksum and format")
     blank = content[: match.start(1)] + b"0" * 64 + content[match.end(1) :]

@@ -11,7 +11,7 @@ from facezip.files.reading import reading
 from facezip.files.renaming import recover
 from facezip.machine.cores import cores
 from facezip.pack.manifest import FILE_NAME, Manifest, StoredFile
-from facezip.pack.parsing import begins_like_a_manifest, damaged_pack, read_manifest
+from facezip.pack.parsing import damaged_pack, read_manifest
 
 
 def verify_pack(path: str | Path) -> Manifest:
@@ -34,14 +34,6 @@ def verify_pack(path: str | Path) -> Manifest:
             if found[name] != stated:
                 raise damaged_pack(folder, f"'{name}' was changed or damaged after it was written")
     return manifest
-
-
-def is_pack(folder: Path) -> bool:
-    """Whether a folder looks like a pack, intact or not: only such a folder may be overwritten by one."""
-    try:
-        return begins_like_a_manifest(folder / FILE_NAME)
-    except OSError:
-        return False
 
 
 def bytes_on_disk(folder: str | Path) -> int:

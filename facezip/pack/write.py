@@ -15,6 +15,7 @@ from facezip.character.scans import check_names
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.accessors import GlbFault
 from facezip.files.images import Texels, write_texture
+from facezip.files.packs import is_pack
 from facezip.files.writing import whole_folder
 from facezip.machine.cores import cores
 from facezip.machine.rows import by_rows
@@ -38,7 +39,7 @@ from facezip.pack.masked import MaskedWeights
 from facezip.pack.model import CompressedTextures
 from facezip.pack.parsing import MAX_BYTES
 from facezip.pack.quantise import ZERO, StoredPart, StoredWeights, quantise_part, quantise_weights
-from facezip.pack.verification import is_pack, stored_files
+from facezip.pack.verification import stored_files
 
 
 def write_pack(

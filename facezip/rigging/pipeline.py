@@ -11,13 +11,13 @@ from facezip.character.scans import NEUTRAL, Character
 from facezip.cleaning.steps import clean
 from facezip.documents.document import to_json
 from facezip.files.obj import write_obj
-from facezip.files.writing import whole_folder
+from facezip.files.packs import is_pack
+from facezip.files.writing import check_target, whole_folder
 from facezip.fit.methods import compress
 from facezip.fit.settings import Settings, made_with
 from facezip.machine.progress import track
 from facezip.pack.facts import pack_facts
 from facezip.pack.parsing import read_manifest
-from facezip.pack.verification import is_pack
 from facezip.pack.write import write_pack
 from facezip.rigging.documents import Evidence, RigDocument, RigFit, RigPack, RigRequest, RigSeconds, ScanFit
 from facezip.rigging.fit import Rig, fit_rig
@@ -52,6 +52,7 @@ def rig_into(
         For what is wrong with scans or template, and ``CANNOT_WRITE``.
     """
     begin = perf_counter()
+    check_target(output, overwrite, is_rig)
     cleaned = clean(load_character(character), request.clean)
     scans = cleaned.character
     wanted = load_template(template, scans.meshes.topology)

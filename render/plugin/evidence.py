@@ -48,13 +48,13 @@ def write_evidence(folder: Path, comparison: Comparison, reference: Reference) -
 
 def remove_evidence(folder: Path) -> None:
     """Remove what :func:`write_evidence` wrote, if it is there, and nothing else."""
-    if folder.is_dir() and is_evidence(folder):
+    if is_evidence(folder):
         shutil.rmtree(folder)
 
 
 def is_evidence(folder: Path) -> bool:
     """Whether a folder is one of :func:`write_evidence`."""
-    return {path.name for path in folder.iterdir()} == {
+    return folder.is_dir() and {path.name for path in folder.iterdir()} == {
         f"{name}.{kind}" for name in PICTURES for kind in ("exr", "png")
     }
 

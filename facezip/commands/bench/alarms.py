@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 @click.command("alarms")
-@click.option("--level", type=click.FloatRange(0, 1, min_open=True), default=0.001, show_default=True, metavar="P")
+@click.option("--level", type=options.FiniteRange(0, 1, min_open=True), default=0.001, show_default=True, metavar="P")
 @click.option("--references", type=click.IntRange(min=1), default=24, show_default=True, metavar="N")
 @click.option("--tests", type=click.IntRange(min=1), default=10, show_default=True, help="Against each reference.")
 @click.option("--reference-renders", type=click.IntRange(min=8), default=32, show_default=True, metavar="N")

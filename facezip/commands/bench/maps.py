@@ -52,7 +52,9 @@ class MapsBenchDocument(Document):
 @options.resolution
 @options.expressions
 @options.seed
-@click.option("--nuisances", type=click.FloatRange(0, 10), default=1.0, show_default=True, metavar="X", help="0: none.")
+@click.option(
+    "--nuisances", type=options.FiniteRange(0, 10), default=1.0, show_default=True, metavar="X", help="0: none."
+)
 @options.as_json
 def command(
     character: Path | None,

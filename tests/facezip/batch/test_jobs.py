@@ -57,6 +57,7 @@ def test_a_list_gives_names_and_settings_and_what_stands_above_holds_for_all(lib
     "text",
     [
         *("", "[[character]]\n", "character = 3", "[character]\npath = 'a'", "[[character]]\npath = 3", "[["),
+        "[[character]]\npath = ''",
         pytest.param("a = " + "[" * 9999, id="nested without end"),
     ],
 )

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from facezip import ErrorCode, FaceZipError, compress
+from facezip.files.packs import is_pack
 from facezip.pack.manifest import FILE_NAME
 from facezip.pack.parsing import read_manifest
 from facezip.pack.read import read_pack
-from facezip.pack.verification import is_pack, stored, verify_pack
+from facezip.pack.verification import stored, verify_pack
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_model
 from tests.facezip.surfaces import random_surface

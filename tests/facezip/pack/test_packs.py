@@ -10,11 +10,12 @@ import pytest
 from facezip import ErrorCode, FaceZipError, compress
 from facezip.character.maps import angles
 from facezip.files.images import read_texture_exactly
+from facezip.files.packs import is_pack
 from facezip.pack.manifest import FILE_NAME, HEAD_FILE
 from facezip.pack.parsing import read_manifest
 from facezip.pack.quantise import quantise
 from facezip.pack.read import read_pack
-from facezip.pack.verification import bytes_on_disk, is_pack, verify_pack
+from facezip.pack.verification import bytes_on_disk, verify_pack
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import one_part, part_of, random_model, weights_of
 from tests.facezip.surfaces import random_surface
