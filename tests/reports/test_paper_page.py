@@ -69,6 +69,7 @@ def test_the_same_document_makes_the_same_bytes(document, tmp_path):
 
 
 def test_a_folder_that_cannot_be_written_is_named(document, tmp_path):
+    (tmp_path / "nowhere").write_bytes(b"")
     with pytest.raises(FaceZipError, match="nowhere") as caught:
         write_paper_report(document, tmp_path / "nowhere")
     assert caught.value.code is ErrorCode.CANNOT_WRITE

@@ -218,9 +218,10 @@ def test_a_missing_file_and_json_of_the_wrong_kind(tmp_path):
 
 
 def test_a_failed_write_leaves_nothing(scans, tmp_path):
+    (tmp_path / "file").write_bytes(b"")
     with pytest.raises(FaceZipError, match="cannot write"):
-        save_character(scans, tmp_path / "missing" / "sheet.glb")
-    assert list(tmp_path.iterdir()) == []
+        save_character(scans, tmp_path / "file" / "sheet.glb")
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
 def test_variants_are_named_as_the_expressions(file, scans):
