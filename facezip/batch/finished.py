@@ -14,11 +14,10 @@ from facezip.character.gltf_files import files_beside
 from facezip.character.sources import is_gltf_name
 from facezip.documents.document import Data, Document, from_json, from_plain, plain, to_json
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.packs import is_pack
+from facezip.files.packs import MANIFEST, is_pack
 from facezip.files.reading import reading
 from facezip.files.writing import write_whole
 from facezip.fit.documents import CompressDocument
-from facezip.pack.manifest import FILE_NAME
 from facezip.pack.verification import stored, verify_pack
 
 
@@ -147,7 +146,7 @@ def _as_recorded(pack: Path, record: RecordDocument) -> bool:
 def _manifest_of(pack: Path) -> str | None:
     """The checksum of its manifest, which holds those of all other files; None where there is none."""
     try:
-        return stored(pack / FILE_NAME).sha256
+        return stored(pack / MANIFEST).sha256
     except OSError:
         return None
 

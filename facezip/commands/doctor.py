@@ -58,8 +58,8 @@ def _diagnosis(path: Path) -> Diagnosis:
     from facezip.export.examination import examine_export
     from facezip.export.record import FILE_NAME as EXPORT
     from facezip.export.web import page_at
+    from facezip.files.packs import MANIFEST
     from facezip.pack.examination import examine_pack
-    from facezip.pack.manifest import FILE_NAME as MANIFEST
 
     if not path.exists():
         reason = "no such file or folder; give a character, a pack or an export"

@@ -9,10 +9,11 @@ from facezip.character.maps import ENCODINGS, MAX_RANGE, is_map_name
 from facezip.character.scans import MAX_EXPRESSIONS
 from facezip.character.tiles import FIRST_TILE, LAST_TILE
 from facezip.files.opening import MAX_SIDE
+from facezip.files.packs import MANIFEST
 from facezip.files.reading import MOST_EXPANSION, SPARE
 from facezip.names import MAX_CHARACTERS, first_unusable
 from facezip.pack.footprint import SLOTS_PER_LAYER
-from facezip.pack.manifest import FILE_NAME, GeometryEntry, Manifest, MapEntry, MasksEntry, TextureEntry, TileEntry
+from facezip.pack.manifest import GeometryEntry, Manifest, MapEntry, MasksEntry, TextureEntry, TileEntry
 
 MAX_DIFFERENCES = 8
 MAX_MAPS = 16
@@ -125,7 +126,7 @@ def _file_checks(m: Manifest) -> Checks:
     named += m.geometry.files if m.geometry else ()
     named += (*m.masks.files, m.masks.activations) if m.masks else ()
     yield "files", all(isinstance(name, str) for name in named) and len({*named}) == len(named)
-    yield "files", {*m.files} == {*named} and FILE_NAME not in named
+    yield "files", {*m.files} == {*named} and MANIFEST not in named
     for file in m.files.values():
         yield "files", isinstance(file.sha256, str) and SHA256.fullmatch(file.sha256) is not None
         yield "files", is_count(file.bytes, 1, 2**40)

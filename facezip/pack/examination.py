@@ -4,8 +4,9 @@ from pathlib import Path
 
 from facezip.character.diagnosis import Diagnosis, Row, distinct
 from facezip.errors import FaceZipError
+from facezip.files.packs import MANIFEST
 from facezip.files.reading import reading
-from facezip.pack.manifest import FILE_NAME, Manifest
+from facezip.pack.manifest import Manifest
 from facezip.pack.parsing import damaged_pack, read_manifest
 from facezip.pack.read import read_stored
 from facezip.pack.verification import stored
@@ -39,7 +40,7 @@ def _changed(folder: Path, manifest: Manifest) -> list[FaceZipError]:
     """All that the first fault of :func:`facezip.pack.verification.verify_pack` would hide."""
     with reading(folder):
         present = {entry.name for entry in folder.iterdir()}
-        wrong = dict.fromkeys(present - {*manifest.files, FILE_NAME}, "not part of the pack")
+        wrong = dict.fromkeys(present - {*manifest.files, MANIFEST}, "not part of the pack")
         for name, stated in manifest.files.items():
             if name not in present:
                 wrong[name] = "missing"

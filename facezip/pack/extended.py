@@ -12,10 +12,10 @@ from typing import Any
 
 from facezip.character.scans import check_names
 from facezip.files.images import Texels, write_texture
-from facezip.files.packs import is_pack
+from facezip.files.packs import MANIFEST, is_pack
 from facezip.files.reading import reading
 from facezip.files.writing import whole_folder
-from facezip.pack.manifest import FILE_NAME, Manifest, TileEntry
+from facezip.pack.manifest import Manifest, TileEntry
 from facezip.pack.masked import MaskedWeights
 from facezip.pack.parsing import damaged_pack
 from facezip.pack.quantise import StoredTextures
@@ -67,7 +67,7 @@ def write_extended(
             made_with={**before.made_with, **made_with},
             files={file.name: stored(file) for file in sorted(folder.iterdir())},
         )
-        (folder / FILE_NAME).write_bytes(checked_content(path, manifest))
+        (folder / MANIFEST).write_bytes(checked_content(path, manifest))
 
 
 def _tile(entry: TileEntry, extended: StoredTextures, images: dict[str, Texels]) -> TileEntry:

@@ -6,14 +6,11 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Final, Literal
 
 from facezip.character.maps import Encoding, Key, Map
-from facezip.files.packs import MANIFEST
 from facezip.pack.footprint import SLOTS_PER_LAYER, Footprint, Texture
 
 FORMAT: Final = "facezip-pack/3"
-FILE_NAME = MANIFEST
 HEAD_FILE = "head.glb"
 ACTIVATIONS_FILE = "activations.f16"
-
 
 # How a pack was made, in words and numbers by name: for people, whatever is there; readers ignore it.
 MadeWith = dict[str, Any]

@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from facezip.errors import ErrorCode, FaceZipError
-from facezip.files.packs import START
+from facezip.files.packs import MANIFEST, START
 from facezip.files.reading import reading
 from facezip.names import one_form
 from facezip.pack import version_1, version_2
 from facezip.pack.checks import first_out_of_range
 from facezip.pack.manifest import (
-    FILE_NAME,
     FORMAT,
     HEAD_FILE,
     Fields,
@@ -46,7 +45,7 @@ def read_manifest(folder: Path) -> Manifest:
         its range, ``CANNOT_READ``.
     """
     with reading(folder):
-        content = _content(folder, folder / FILE_NAME)
+        content = _content(folder, folder / MANIFEST)
     _check_own_checksum(folder, content)
     try:
         document = _parsed(content)
@@ -54,10 +53,10 @@ def read_manifest(folder: Path) -> Manifest:
         del document["sha256"]
         manifest = manifest_of(version(frozen(document)))
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError, IndexError) as error:
-        raise bad_pack(folder, f"{FILE_NAME} is not valid ({error})") from None
+        raise bad_pack(folder, f"{MANIFEST} is not valid ({error})") from None
     wrong = first_out_of_range(manifest)
     if wrong:
-        raise bad_pack(folder, f"'{wrong}' in {FILE_NAME} is out of range")
+        raise bad_pack(folder, f"'{wrong}' in {MANIFEST} is out of range")
     # Packs of earlier versions may hold names as a file system wrote them.
     expressions = tuple(map(one_form, manifest.expressions))
     return replace(manifest, expressions=expressions, name=manifest.name or folder.resolve().stem)
@@ -109,21 +108,21 @@ def _content(folder: Path, path: Path) -> bytes:
         what = "is a file, and no pack" if folder.exists() else "no such pack"
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: {what}; give a folder NAME.facezip")
     if path.is_symlink() or not path.is_file():
-        raise bad_pack(folder, f"no {FILE_NAME} in it; give the folder that 'facezip compress' wrote")
+        raise bad_pack(folder, f"no {MANIFEST} in it; give the folder that 'facezip compress' wrote")
     with open(path, "rb") as file:
         content = file.read(MAX_BYTES + 1)
     if len(content) > MAX_BYTES:
-        raise bad_pack(folder, f"{FILE_NAME} is larger than {MAX_BYTES} bytes")
+        raise bad_pack(folder, f"{MANIFEST} is larger than {MAX_BYTES} bytes")
     return content
 
 
 def _check_own_checksum(folder: Path, content: bytes) -> None:
     match = START.match(content)
     if match is None:
-        raise damaged_pack(folder, f"{FILE_NAME} does not begin with its checksum and format")
+        raise damaged_pack(folder, f"{MANIFEST} does not begin with its checksum and format")
     blank = content[: match.start(1)] + b"0" * 64 + content[match.end(1) :]
     if hashlib.sha256(blank).hexdigest().encode() != match.group(1):
-        raise damaged_pack(folder, f"{FILE_NAME} was changed or damaged after it was written")
+        raise damaged_pack(folder, f"{MANIFEST} was changed or damaged after it was written")
 
 
 def _parsed(content: bytes) -> Fields:

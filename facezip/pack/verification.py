@@ -7,10 +7,11 @@ from collections.abc import Iterable
 from concurrent.futures import Executor, ThreadPoolExecutor
 from pathlib import Path
 
+from facezip.files.packs import MANIFEST
 from facezip.files.reading import reading
 from facezip.files.renaming import recover
 from facezip.machine.cores import cores
-from facezip.pack.manifest import FILE_NAME, Manifest, StoredFile
+from facezip.pack.manifest import Manifest, StoredFile
 from facezip.pack.parsing import damaged_pack, read_manifest
 
 
@@ -57,7 +58,7 @@ def stored_files(folder: Path, names: Iterable[str], pool: Executor) -> dict[str
 def _check_presence(folder: Path, manifest: Manifest) -> None:
     """Names, kinds and lengths, before any file is opened."""
     present = {entry.name for entry in folder.iterdir()}
-    for name in sorted(present ^ {*manifest.files, FILE_NAME}):
+    for name in sorted(present ^ {*manifest.files, MANIFEST}):
         raise damaged_pack(folder, f"'{name}' is {'not part of the pack' if name in present else 'missing'}")
     for name, stated in manifest.files.items():
         status = (folder / name).lstat()

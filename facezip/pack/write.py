@@ -15,7 +15,7 @@ from facezip.character.scans import check_names
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.accessors import GlbFault
 from facezip.files.images import Texels, write_texture
-from facezip.files.packs import is_pack
+from facezip.files.packs import MANIFEST, is_pack
 from facezip.files.writing import whole_folder
 from facezip.machine.cores import cores
 from facezip.machine.rows import by_rows
@@ -24,7 +24,6 @@ from facezip.pack.checks import first_out_of_range
 from facezip.pack.geometry import head_bytes
 from facezip.pack.manifest import (
     ACTIVATIONS_FILE,
-    FILE_NAME,
     HEAD_FILE,
     GeometryEntry,
     MadeWith,
@@ -78,7 +77,7 @@ def write_pack(
         masks = write_activations(model.masked, folder) if model.masked else None
         files = stored_files(folder, sorted(file.name for file in folder.iterdir()), pool)
         manifest = _manifest(model, name, tiles, entry, masks, dict(made_with or {}), files)
-        (folder / FILE_NAME).write_bytes(checked_content(path, manifest))
+        (folder / MANIFEST).write_bytes(checked_content(path, manifest))
 
 
 def checked_content(path: Path, manifest: Manifest) -> bytes:

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from facezip.pack.manifest import FILE_NAME
+from facezip.files.packs import MANIFEST
 from tests.conformance.editing import (
     BAD,
     DAMAGED,
@@ -26,14 +26,14 @@ from tests.trust.claims import sign
 def broken_manifests() -> dict[str, tuple[str, Change]]:
     """Rule 1, and what is wrong with a manifest as JSON."""
     return {
-        "manifest-missing": (BAD, lambda pack: (pack / FILE_NAME).unlink()),
-        "manifest-linked": (BAD, lambda pack: linked(pack, FILE_NAME)),
-        "manifest-empty": (DAMAGED, lambda pack: (pack / FILE_NAME).write_bytes(b"")),
-        "manifest-cut-short": (DAMAGED, lambda pack: edited_bytes(pack, FILE_NAME, lambda content: content[:-100])),
+        "manifest-missing": (BAD, lambda pack: (pack / MANIFEST).unlink()),
+        "manifest-linked": (BAD, lambda pack: linked(pack, MANIFEST)),
+        "manifest-empty": (DAMAGED, lambda pack: (pack / MANIFEST).write_bytes(b"")),
+        "manifest-cut-short": (DAMAGED, lambda pack: edited_bytes(pack, MANIFEST, lambda content: content[:-100])),
         "manifest-with-a-tail": (DAMAGED, _with_tail),
         "manifest-of-a-flipped-bit": (
             DAMAGED,
-            lambda pack: edited_bytes(pack, FILE_NAME, lambda content: content.replace(b"smile", b"smime")),
+            lambda pack: edited_bytes(pack, MANIFEST, lambda content: content.replace(b"smile", b"smime")),
         ),
         "manifest-without-checksum": (DAMAGED, _unsigned),
         "manifest-not-json": (BAD, lambda pack: edited_text(pack, lambda text: text + b"{}")),
@@ -144,7 +144,7 @@ def broken_fields() -> dict[str, Edit]:
         "difference-span-negative": texture(difference_span=[[1.0, -1.0, 1.0]]),
         "neutral-and-difference-in-one-file": texture(neutral=DIFFERENCE),
         "neutral-not-stated": texture(neutral="other.png"),
-        "neutral-in-the-manifest": lambda d: renamed(d, FILE_NAME),
+        "neutral-in-the-manifest": lambda d: renamed(d, MANIFEST),
         "uniform-weights-beside-images": lambda d: d.update(uniform_weights=[[1.0], [1.0]]),
         "uniform-weights-missing": tile(weight_size=[1, 1], weights=[]),
         "geometry-a-list": lambda d: d.update(geometry=[]),
@@ -178,10 +178,10 @@ def two_faults() -> dict[str, tuple[str, Change]]:
 
 
 def _with_tail(pack: Path) -> None:
-    edited_bytes(pack, FILE_NAME, lambda content: content + b" ")
+    edited_bytes(pack, MANIFEST, lambda content: content + b" ")
 
 
 def _unsigned(pack: Path) -> None:
     document = manifest_of(pack)
     document.pop("sha256")
-    (pack / FILE_NAME).write_text(json.dumps(document, indent=1))
+    (pack / MANIFEST).write_text(json.dumps(document, indent=1))

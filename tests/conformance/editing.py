@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from facezip.pack.manifest import FILE_NAME
+from facezip.files.packs import MANIFEST
 from tests.conformance.signing import manifest_of, signed
 
 Change = Callable[[Path], Any]
@@ -29,7 +29,7 @@ def edited(pack: Path, edit: Edit) -> None:
 
 def edited_text(pack: Path, change: Callable[[bytes], bytes]) -> None:
     """Change the manifest as text, and sign it."""
-    blank = (pack / FILE_NAME).read_bytes().replace(manifest_of(pack)["sha256"].encode(), b"0" * 64)
+    blank = (pack / MANIFEST).read_bytes().replace(manifest_of(pack)["sha256"].encode(), b"0" * 64)
     signed(pack, change(blank))
 
 

@@ -10,19 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from facezip.pack.manifest import FILE_NAME
+from facezip.files.packs import MANIFEST
 from tests.trust.claims import sign
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 
 def manifest_of(pack: Path) -> dict[str, Any]:
-    return json.loads((pack / FILE_NAME).read_bytes())
+    return json.loads((pack / MANIFEST).read_bytes())
 
 
 def signed(pack: Path, blank: bytes) -> None:
     """Write a manifest whose first 64 zeros are where its checksum belongs."""
-    (pack / FILE_NAME).write_bytes(blank.replace(b"0" * 64, sha256(blank).hexdigest().encode(), 1))
+    (pack / MANIFEST).write_bytes(blank.replace(b"0" * 64, sha256(blank).hexdigest().encode(), 1))
 
 
 def with_content(pack: Path, name: str, content: bytes) -> None:

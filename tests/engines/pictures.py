@@ -45,14 +45,14 @@ SUNS = [
 ]
 
 # Lets the example draw the portrait once, as a PNG.
-DRAW = """({ camera: { origin, target, field_of_view }, distance, backdrop, suns, side }) => {
+DRAW = """({ camera: { origin, target, field_of_view }, distance, backdrop, lights, side }) => {
   renderer.setAnimationLoop(null);
   renderer.setPixelRatio(1);
   renderer.setSize(side, side, false);
   head.position.set(0, 0, 0);
   head.scale.setScalar(1);
   for (const light of scene.children.filter((thing) => thing.isLight)) scene.remove(light);
-  for (const { from, energy, colour } of suns) {
+  for (const { from, energy, colour } of lights) {
     const sun = new THREE.DirectionalLight(new THREE.Color(...colour), energy * Math.PI);
     sun.position.fromArray(from);
     scene.add(sun);
@@ -70,7 +70,7 @@ def portrait(vertices):
     """Camera, suns and backdrop for neutral vertices ``(V, 3)`` in the exports' unit."""
     seen = camera(VIEW, frame_of(vertices))
     distance = float(np.linalg.norm(np.subtract(seen["origin"], seen["target"])))
-    return {"camera": seen, "distance": distance, "suns": SUNS, "backdrop": BACKDROP}
+    return {"camera": seen, "distance": distance, "lights": SUNS, "backdrop": BACKDROP}
 
 
 def in_blender(pack, folder, names, asked):

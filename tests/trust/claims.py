@@ -16,7 +16,7 @@ from facezip.character.loading import load_character, save_character
 from facezip.files.glb import Glb
 from facezip.files.images import read_texture
 from facezip.files.obj import read_obj
-from facezip.pack.manifest import FILE_NAME
+from facezip.files.packs import MANIFEST
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import masked, random_character, random_model
@@ -143,18 +143,18 @@ def _packs(work: Path) -> list[tuple[str, Callable[[], Any]]]:
     ):
         pack = work / f"{name}.facezip"
         write_pack(random_model(meshes=meshes), pack)
-        document = json.loads((pack / FILE_NAME).read_bytes())
+        document = json.loads((pack / MANIFEST).read_bytes())
         sign(pack, change(document) or document)
         calls.append((name, lambda pack=pack: read_pack(pack)))
     pack = work / "pack-of-4096-masks.facezip"
     write_pack(masked(random_model()), pack)
-    document = json.loads((pack / FILE_NAME).read_bytes())
+    document = json.loads((pack / MANIFEST).read_bytes())
     document["masks"]["names"] = [f"m{k}" for k in range(4096)]
     sign(pack, _with_sizes(document, 9000, 1024, weight_columns=32))
     calls.append((pack.stem, lambda: read_pack(pack)))
     sparse = work / "pack-manifest-of-a-terabyte.facezip"
     write_pack(random_model(), sparse)
-    with open(sparse / FILE_NAME, "r+b") as file:
+    with open(sparse / MANIFEST, "r+b") as file:
         file.truncate(2**40)
     return [*calls, (sparse.stem, lambda: read_pack(sparse))]
 
@@ -169,9 +169,9 @@ def _with_sizes(document: dict[str, Any], size: int, weight_size: int, **changes
 
 def sign(pack: Path, changes: dict[str, Any]) -> None:
     """Change fields of a manifest and give it the checksum that it should have: what only an attacker does."""
-    document = json.loads((pack / FILE_NAME).read_bytes()) | changes | {"sha256": "0" * 64}
+    document = json.loads((pack / MANIFEST).read_bytes()) | changes | {"sha256": "0" * 64}
     blank = json.dumps(document, indent=1, ensure_ascii=False).encode() + b"\n"
-    (pack / FILE_NAME).write_bytes(blank.replace(b"0" * 64, sha256(blank).hexdigest().encode(), 1))
+    (pack / MANIFEST).write_bytes(blank.replace(b"0" * 64, sha256(blank).hexdigest().encode(), 1))
 
 
 def _character_of_bombs(folder: Path) -> Callable[[], Any]:

@@ -8,7 +8,7 @@ from itertools import combinations
 from pathlib import Path
 
 from facezip import FaceZipError
-from facezip.pack.manifest import FILE_NAME
+from facezip.files.packs import MANIFEST
 from facezip.pack.read import read_pack
 from tests.trust import mutations
 from tests.trust.children import in_child
@@ -33,11 +33,11 @@ def check_damage(work: Path, part: float) -> list[Row]:
 def _check(work: Path, part: float, golden: Path, what: str) -> list[Row]:
     files = {file.name: file.read_bytes() for file in sorted(golden.iterdir())}
     pictures = {name: content for name, content in files.items() if name.endswith(".png")}
-    manifest = files[FILE_NAME]
+    manifest = files[MANIFEST]
     step = max(1, round(1 / part))
     kinds: dict[str, list[Damage]] = {
         "single bits flipped": _mutants(files, mutations.flip_bit, round(3000 * part)),
-        "prefixes of the manifest": [_replaced(FILE_NAME, manifest[:n]) for n in range(0, len(manifest), step)],
+        "prefixes of the manifest": [_replaced(MANIFEST, manifest[:n]) for n in range(0, len(manifest), step)],
         "images cut off": _mutants(pictures, mutations.truncate, round(1000 * part)),
         "windows overwritten": _mutants(files, mutations.overwrite_window, round(3000 * part)),
         "headers changed": _mutants(files, mutations.mutate_header, round(1000 * part)),

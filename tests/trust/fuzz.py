@@ -33,9 +33,9 @@ from facezip.character.settings import SETTINGS
 from facezip.export.animation import read_animation
 from facezip.files.images import read_texture
 from facezip.files.obj import read_obj
+from facezip.files.packs import MANIFEST
 from facezip.files.values import read_values
 from facezip.fit.mask_folder import read_masks
-from facezip.pack.manifest import FILE_NAME
 from facezip.pack.read import read_pack
 from facezip.pack.verification import stored
 from tests.facezip.character.gltfs import full_scene
@@ -147,8 +147,8 @@ def make_corpus(work: Path) -> dict[str, list[Path]]:
         "image": images,
         "image of numbers": images,
         "mesh": [file for file in character if file.suffix == ".obj"],
-        "pack": [work / "pack" / FILE_NAME, *sorted((work / "pack").glob("*.png"))[:3]],
-        "signed pack": [work / golden.parent.name / FILE_NAME for golden in (GOLDEN, LAYERED, MASKED)],
+        "pack": [work / "pack" / MANIFEST, *sorted((work / "pack").glob("*.png"))[:3]],
+        "signed pack": [work / golden.parent.name / MANIFEST for golden in (GOLDEN, LAYERED, MASKED)],
         "character": character,
         "surface": [work / "surface" / SETTINGS, *sorted((work / "surface").glob("neutral.*.png"))],
         "masks": [work / "masks" / "masks.toml", *sorted((work / "masks").glob("*.png"))],
@@ -169,7 +169,7 @@ def _make_lists(work: Path) -> None:
     (work / "lists" / "animation.csv").write_text(ANIMATION, encoding="utf-8")
     pack = work / "record" / "golden.facezip"
     shutil.copytree(GOLDEN, pack)
-    record = {"character": "scans/golden", "digest": "0", "manifest": stored(pack / FILE_NAME).sha256, "document": {}}
+    record = {"character": "scans/golden", "digest": "0", "manifest": stored(pack / MANIFEST).sha256, "document": {}}
     (work / "record" / "golden.facezip.json").write_text(json.dumps(record, indent=1), encoding="utf-8")
 
 

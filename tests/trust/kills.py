@@ -17,7 +17,7 @@ from facezip import FaceZipError, compress
 from facezip.character.loading import save_character
 from facezip.errors import ErrorCode
 from facezip.files import renaming
-from facezip.pack.manifest import FILE_NAME
+from facezip.files.packs import MANIFEST
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
 from tests.facezip.conftest import random_character, random_model
@@ -53,7 +53,7 @@ class Packs:
         self.manifests = []
         for number, model in enumerate(self.models):
             write_pack(model, work / f"{number}.facezip", name="me")
-            self.manifests.append((work / f"{number}.facezip" / FILE_NAME).read_bytes())
+            self.manifests.append((work / f"{number}.facezip" / MANIFEST).read_bytes())
         self.write(0)
 
     def at(self, folder: Path) -> "Packs":
@@ -69,14 +69,14 @@ class Packs:
         """What is wrong with the pack, if anything: it must read, and be one of the two."""
         try:
             read_pack(self.path)
-            known = (self.path / FILE_NAME).read_bytes() in self.manifests
+            known = (self.path / MANIFEST).read_bytes() in self.manifests
         except (FaceZipError, OSError) as error:
             return str(error)
         return "" if known else "neither the old nor the new pack"
 
     def holds(self, number: int) -> bool:
         """Whether it is the pack of that number."""
-        return (self.path / FILE_NAME).read_bytes() == self.manifests[number]
+        return (self.path / MANIFEST).read_bytes() == self.manifests[number]
 
     def leftovers(self) -> list[str]:
         return sorted(entry.name for entry in self.folder.iterdir() if entry != self.path)
@@ -224,7 +224,7 @@ def _interrupts(work: Path, count: int) -> Row:
     compress(scans)
     arguments = ["compress", work / "scans", "-o", packs.path, "--overwrite"]
     in_child(lambda: command(arguments, work / "messages"))
-    packs.manifests.append((packs.path / FILE_NAME).read_bytes())
+    packs.manifests.append((packs.path / MANIFEST).read_bytes())
     typical = in_child(lambda: command(arguments, work / "messages")).seconds
     faults, examples, caught = {"lost": 0, "leftovers": 0, "no clear error": 0}, [], 0
     for number in range(count):

@@ -11,8 +11,8 @@ from typing import NoReturn
 
 from facezip.character.loading import save_character
 from facezip.errors import ExitCode
+from facezip.files.packs import MANIFEST
 from facezip.fit.pipeline import Request, compress_into
-from facezip.pack.manifest import FILE_NAME
 from tests.facezip.conftest import random_character
 from tests.trust.children import command, in_child
 from tests.trust.findings import Row
@@ -40,7 +40,7 @@ def check_ladder(work: Path, part: float) -> list[Row]:
 def _row(packs: Packs, work: Path, verb: str, arguments: list[object], part: float) -> Row:
     messages = work / "messages"
     in_child(lambda: command(arguments, messages))
-    packs.manifests.append((packs.path / FILE_NAME).read_bytes())
+    packs.manifests.append((packs.path / MANIFEST).read_bytes())
     faults, examples = Counter({"lost": 0, "leftovers after the next run": 0, "no clear error": 0}), []
     every, refused = max(1, round(1 / part)), 0
     rungs = range(1, RUNGS, every)

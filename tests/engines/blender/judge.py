@@ -70,21 +70,26 @@ def exchange(images, files):
         images[name].reload()
 
 
-def main():
-    request = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+def staged(request, add):
+    """The head of a request before its camera, in its lights, of which ``add`` makes one from its facts."""
     head = build(Path(request["folder"]))
     head["names"] = json.dumps(request["names"])
     add_camera(request["camera"], request["resolution"])
     for facts in request["lights"]:
-        add_light(facts)
+        add(facts)
     use_cycles(request["samples"])
-    scene = bpy.context.scene
-    scene.render.film_transparent = True
+    bpy.context.scene.render.film_transparent = True
+    return head
+
+
+def main():
+    request = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    head = staged(request, add_light)
     images = {Path(image.filepath).name: image for image in bpy.data.images}
     own = {name: image.filepath for name, image in images.items()}
     silent = {name: 0.0 for name in [*head.keys()] if name.startswith("gains.maps.")}
     for shot in request["shots"]:
-        scene.cycles.seed = shot["seed"]
+        bpy.context.scene.cycles.seed = shot["seed"]
         pose(head, shot["weights"])
         render(shot["pack"])
         pose(head, shot["weights"], silent)

@@ -9,8 +9,8 @@ from math import pi
 from pathlib import Path
 
 import bpy
-from judge import add_camera, facing
-from scene import build, pose, render, use_cycles
+from judge import facing, staged
+from scene import pose, render
 
 
 def add_sun(facts):
@@ -24,13 +24,7 @@ def add_sun(facts):
 
 def main():
     request = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
-    head = build(Path(request["folder"]))
-    head["names"] = json.dumps(request["names"])
-    add_camera(request["camera"], request["resolution"])
-    for facts in request["suns"]:
-        add_sun(facts)
-    use_cycles(request["samples"])
-    bpy.context.scene.render.film_transparent = True
+    head = staged(request, add_sun)
     pose(head, request["weights"])
     render(request["picture"])
     Path(sys.argv[1]).with_name("answers.json").write_text(json.dumps({"version": bpy.app.version_string}))

@@ -66,7 +66,7 @@ func _portray(portrait: Dictionary, viewport: SubViewport, camera: Camera3D, lig
 	camera.set_perspective(portrait["camera"]["field_of_view"], 0.1 * distance, 10.0 * distance)
 	camera.transform = _looking(portrait["camera"]["origin"], portrait["camera"]["target"])
 	camera.environment.background_color = Color(portrait["backdrop"])
-	for sun: Dictionary in portrait["suns"]:
+	for sun: Dictionary in portrait["lights"]:
 		var light := DirectionalLight3D.new()
 		light.transform = _looking(sun["from"], [0, 0, 0])
 		light.light_energy = sun["energy"]

@@ -6,9 +6,9 @@ import pytest
 
 from facezip.batch import finished
 from facezip.errors import ErrorCode, FaceZipError
+from facezip.files.packs import MANIFEST
 from facezip.fit.documents import CompressDocument
 from facezip.pack.errors import MapErrors
-from facezip.pack.manifest import FILE_NAME
 from facezip.pack.write import write_pack
 from tests.documents.checked import check
 from tests.facezip.conftest import random_model
@@ -85,7 +85,7 @@ def test_who_may_replace_a_pack(pack, anna, tmp_path):
     make(pack, seed=1)
     with pytest.raises(FaceZipError, match="not made by a batch"):
         claim(pack, anna)
-    (pack / FILE_NAME).write_bytes((pack / FILE_NAME).read_bytes()[:-9])
+    (pack / MANIFEST).write_bytes((pack / MANIFEST).read_bytes()[:-9])
     claim(pack, anna)
     make(pack, seed=1)
     claim(pack, bert, overwrite=True)

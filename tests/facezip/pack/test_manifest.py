@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from facezip import ErrorCode, FaceZipError, compress
-from facezip.files.packs import is_pack
-from facezip.pack.manifest import FILE_NAME
+from facezip.files.packs import MANIFEST, is_pack
 from facezip.pack.parsing import read_manifest
 from facezip.pack.read import read_pack
 from facezip.pack.verification import stored, verify_pack
@@ -41,7 +40,7 @@ def sign(pack, document):
         if (pack / name).is_file() and isinstance(entry, dict):
             entry |= vars(stored(pack / name))
     blank = json.dumps(document | {"sha256": "0" * 64}, indent=1).encode()
-    (pack / FILE_NAME).write_bytes(blank.replace(b"0" * 64, sha256(blank).hexdigest().encode(), 1))
+    (pack / MANIFEST).write_bytes(blank.replace(b"0" * 64, sha256(blank).hexdigest().encode(), 1))
 
 
 def refused(pack, code=ErrorCode.BAD_PACK):
@@ -124,7 +123,7 @@ WRONG = [
 
 @pytest.mark.parametrize("change", WRONG, ids=range(len(WRONG)))
 def test_a_well_signed_manifest_with_a_wrong_field_is_refused(pack, change):
-    document = json.loads((pack / FILE_NAME).read_bytes())
+    document = json.loads((pack / MANIFEST).read_bytes())
     change(document)
     sign(pack, document)
     refused(pack)
@@ -132,7 +131,7 @@ def test_a_well_signed_manifest_with_a_wrong_field_is_refused(pack, change):
 
 @pytest.mark.parametrize("field", ["name", "maps", "tiles", "geometry", "files"])
 def test_a_field_that_is_missing_is_named(pack, field):
-    document = json.loads((pack / FILE_NAME).read_bytes())
+    document = json.loads((pack / MANIFEST).read_bytes())
     del document[field]
     if field != "files":
         sign(pack, document)
@@ -140,14 +139,14 @@ def test_a_field_that_is_missing_is_named(pack, field):
 
 
 def test_a_key_that_stands_there_twice_is_refused(pack):
-    text = (pack / FILE_NAME).read_text().replace('"method":', '"method": "refined",\n "method":', 1)
+    text = (pack / MANIFEST).read_text().replace('"method":', '"method": "refined",\n "method":', 1)
     blank = text.replace(text.split('"')[3], "0" * 64, 1).encode()
-    (pack / FILE_NAME).write_bytes(blank.replace(b"0" * 64, sha256(blank).hexdigest().encode(), 1))
+    (pack / MANIFEST).write_bytes(blank.replace(b"0" * 64, sha256(blank).hexdigest().encode(), 1))
     assert "twice" in refused(pack)
 
 
 def test_a_version_of_the_future_is_told_so(pack):
-    document = json.loads((pack / FILE_NAME).read_bytes())
+    document = json.loads((pack / MANIFEST).read_bytes())
     sign(pack, document | {"format": "facezip-pack/99"})
     assert "update facezip" in refused(pack, ErrorCode.OTHER_FORMAT)
 
@@ -184,7 +183,7 @@ OLD = [*(("pack-1", change) for change in OF_VERSION_1), *(("pack-2", change) fo
 @pytest.mark.parametrize(("version", "change"), OLD, ids=range(len(OLD)))
 def test_a_wrong_field_of_an_old_version_is_refused(tmp_path, version, change):
     pack = shutil.copytree(DATA / version / "golden.facezip", tmp_path / "me.facezip")
-    document = json.loads((pack / FILE_NAME).read_bytes())
+    document = json.loads((pack / MANIFEST).read_bytes())
     change(document)
     sign(pack, document)
     refused(pack)
@@ -196,7 +195,7 @@ def test_deltas_of_an_old_version_have_to_be_finite(tmp_path, version):
     deltas = np.fromfile(pack / "deltas.f32", "<f4")
     deltas[7] = np.inf
     deltas.tofile(pack / "deltas.f32")
-    sign(pack, json.loads((pack / FILE_NAME).read_bytes()))
+    sign(pack, json.loads((pack / MANIFEST).read_bytes()))
     assert "finite" in refused(pack)
 
 
@@ -224,7 +223,7 @@ def test_a_name_of_64_zeros_and_one_of_any_script_stand_there_as_they_are(tmp_pa
     write_pack(random_model(), tmp_path / "me.facezip", name="Ærøskøbing 顔", made_with=made_with)
     manifest = verify_pack(tmp_path / "me.facezip")
     assert manifest.made_with == made_with
-    assert "Ærøskøbing 顔".encode() in (tmp_path / "me.facezip" / FILE_NAME).read_bytes()
+    assert "Ærøskøbing 顔".encode() in (tmp_path / "me.facezip" / MANIFEST).read_bytes()
 
 
 def test_a_tile_that_lacks_a_map_is_no_shorter_list(whole):
@@ -239,11 +238,11 @@ def test_a_tile_that_lacks_a_map_is_no_shorter_list(whole):
 def seal(pack, content):
     """Write these bytes with a right checksum."""
     blank = content.replace(content.split(b'"')[3], b"0" * 64, 1)
-    (pack / FILE_NAME).write_bytes(blank.replace(b"0" * 64, sha256(blank).hexdigest().encode(), 1))
+    (pack / MANIFEST).write_bytes(blank.replace(b"0" * 64, sha256(blank).hexdigest().encode(), 1))
 
 
 def test_a_manifest_of_2_mib_is_read_and_a_longer_one_is_not(pack):
-    content = (pack / FILE_NAME).read_bytes()
+    content = (pack / MANIFEST).read_bytes()
     seal(pack, content.ljust(2 * 2**20))
     verify_pack(pack)
     seal(pack, content.ljust(2 * 2**20 + 1))
@@ -252,13 +251,13 @@ def test_a_manifest_of_2_mib_is_read_and_a_longer_one_is_not(pack):
 
 @pytest.mark.parametrize("number", ["1e999", "-1e999", "NaN", "Infinity"])
 def test_numbers_are_finite_also_where_nobody_reads_them(pack, number):
-    content = (pack / FILE_NAME).read_bytes()
+    content = (pack / MANIFEST).read_bytes()
     seal(pack, content.replace(b'"made_with": {}', b'"made_with": {"steps": [1, %s]}' % number.encode()))
     assert "finite" in refused(pack)
 
 
 def test_half_a_pair_is_no_character_and_a_whole_one_is(pack):
-    content = (pack / FILE_NAME).read_bytes()
+    content = (pack / MANIFEST).read_bytes()
     for text, inside in ((rb"\ud83d\ude00", True), (rb"\uD83D", False), (rb"\ude00", False)):
         seal(pack, content.replace(b'"made_with": {}', b'"made_with": {"by": "%s"}' % text))
         if inside:
@@ -268,7 +267,7 @@ def test_half_a_pair_is_no_character_and_a_whole_one_is(pack):
 
 
 def test_a_pack_without_a_name_is_called_as_its_folder(pack):
-    document = json.loads((pack / FILE_NAME).read_bytes())
+    document = json.loads((pack / MANIFEST).read_bytes())
     sign(pack, document | {"name": ""})
     assert read_manifest(pack).name == "me"
     sign(pack, document | {"name": "you"})
@@ -276,29 +275,29 @@ def test_a_pack_without_a_name_is_called_as_its_folder(pack):
 
 
 def test_names_of_old_packs_are_read_in_one_form(pack):
-    document = json.loads((pack / FILE_NAME).read_bytes())
+    document = json.loads((pack / MANIFEST).read_bytes())
     sign(pack, document | {"expressions": ["a\N{COMBINING RING ABOVE}", "b", "c"]})
     assert read_manifest(pack).expressions == ("å", "b", "c")
 
 
 def test_a_folder_looks_like_a_pack_by_the_first_bytes_of_its_manifest(pack):
-    content = (pack / FILE_NAME).read_bytes()
+    content = (pack / MANIFEST).read_bytes()
     for start, found in ((content, True), (content[:120], True), (content[:90], False), (b" " + content, False)):
-        (pack / FILE_NAME).write_bytes(start)
+        (pack / MANIFEST).write_bytes(start)
         assert is_pack(pack) is found
-    (pack / FILE_NAME).rename(pack / "elsewhere.json")
+    (pack / MANIFEST).rename(pack / "elsewhere.json")
     assert is_pack(pack) is False
     (pack / "elsewhere.json").write_bytes(content)
-    (pack / FILE_NAME).symlink_to(pack / "elsewhere.json")
+    (pack / MANIFEST).symlink_to(pack / "elsewhere.json")
     assert is_pack(pack) is False
 
 
 def test_a_pack_that_is_not_there_and_a_folder_without_a_manifest_are_told_apart(pack):
     refused(pack / "nowhere", ErrorCode.MISSING_FILE)
-    (pack / FILE_NAME).rename(pack / "elsewhere.json")
+    (pack / MANIFEST).rename(pack / "elsewhere.json")
     refused(pack)
-    (pack / FILE_NAME).symlink_to(pack / "elsewhere.json")
+    (pack / MANIFEST).symlink_to(pack / "elsewhere.json")
     refused(pack)
-    (pack / FILE_NAME).unlink()
-    (pack / FILE_NAME).mkdir()
+    (pack / MANIFEST).unlink()
+    (pack / MANIFEST).mkdir()
     refused(pack)

@@ -9,7 +9,8 @@ import pytest
 
 from facezip import ErrorCode, FaceZipError
 from facezip.files.images import read_texture_exactly
-from facezip.pack.manifest import ACTIVATIONS_FILE, FILE_NAME
+from facezip.files.packs import MANIFEST
+from facezip.pack.manifest import ACTIVATIONS_FILE
 from facezip.pack.masked import MaskedWeights
 from facezip.pack.parsing import read_manifest
 from facezip.pack.quantise import quantise
@@ -80,7 +81,7 @@ def test_a_pack_keeps_masks_and_activations_to_the_bit(tmp_path, count, slots):
 
 def test_bytes_become_weights_as_the_format_says(pack):
     """As an engine reads them, without our code: four masks in a texel, half floats."""
-    manifest = json.loads((pack / FILE_NAME).read_bytes())
+    manifest = json.loads((pack / MANIFEST).read_bytes())
     count, slots = len(manifest["masks"]["names"]), len(manifest["tiles"][0]["weight_span"])
     stored = np.fromfile(pack / manifest["masks"]["activations"], "<f2")
     activations = stored.reshape(len(manifest["expressions"]), count, slots).astype(float)
@@ -104,7 +105,7 @@ def test_memory_does_not_grow_with_the_expressions():
 
 def test_a_pack_without_masks_says_nothing_of_them(tmp_path):
     write_pack(random_model(), tmp_path / "me.facezip")
-    assert b"masks" not in (tmp_path / "me.facezip" / FILE_NAME).read_bytes()
+    assert b"masks" not in (tmp_path / "me.facezip" / MANIFEST).read_bytes()
 
 
 def test_readers_that_want_bytes_get_weight_maps_within_half_a_step(pack):
@@ -171,7 +172,7 @@ WRONG = [
 
 @pytest.mark.parametrize("change", WRONG, ids=range(len(WRONG)))
 def test_a_well_signed_manifest_with_wrong_masks_is_refused(pack, change):
-    document = json.loads((pack / FILE_NAME).read_bytes())
+    document = json.loads((pack / MANIFEST).read_bytes())
     change(document)
     sign(pack, document)
     refused(pack)
@@ -182,5 +183,5 @@ def test_activations_that_are_no_numbers_are_refused(pack, content):
     activations = np.fromfile(pack / ACTIVATIONS_FILE, "<f2")
     activations[7] = content
     activations.tofile(pack / ACTIVATIONS_FILE)
-    sign(pack, json.loads((pack / FILE_NAME).read_bytes()))
+    sign(pack, json.loads((pack / MANIFEST).read_bytes()))
     assert ACTIVATIONS_FILE in refused(pack)

@@ -10,8 +10,8 @@ import pytest
 from facezip import ErrorCode, FaceZipError, compress
 from facezip.character.maps import angles
 from facezip.files.images import read_texture_exactly
-from facezip.files.packs import is_pack
-from facezip.pack.manifest import FILE_NAME, HEAD_FILE
+from facezip.files.packs import MANIFEST, is_pack
+from facezip.pack.manifest import HEAD_FILE
 from facezip.pack.parsing import read_manifest
 from facezip.pack.quantise import quantise
 from facezip.pack.read import read_pack
@@ -125,7 +125,7 @@ def test_a_neutral_is_the_map_that_it_was(written):
 def test_bytes_become_values_as_the_manifest_says(written):
     """As an engine reads them, without our code: slopes of normals, values of data, weights."""
     surface, model, path = written
-    manifest = json.loads((path / FILE_NAME).read_bytes())
+    manifest = json.loads((path / MANIFEST).read_bytes())
     tile = manifest["tiles"][1]
     for kind, entry in zip(surface.maps, tile["textures"], strict=True):
         texture = read_texture_exactly(path / entry["differences"][3])[..., : 2 if kind.is_normal else 3]
@@ -196,9 +196,9 @@ def test_every_flipped_bit_is_found(tmp_path, model, several):
 
 
 def test_every_prefix_of_the_manifest_is_refused(pack):
-    content = (pack / FILE_NAME).read_bytes()
+    content = (pack / MANIFEST).read_bytes()
     for length in range(0, len(content), 7):
-        (pack / FILE_NAME).write_bytes(content[:length])
+        (pack / MANIFEST).write_bytes(content[:length])
         refused(pack)
 
 
@@ -259,7 +259,7 @@ def test_what_json_does_not_hold_is_refused_and_nothing_is_written(tmp_path, mod
 
 def test_bytes_on_disk_are_those_that_the_manifest_states_and_its_own(pack):
     stated = sum(file.bytes for file in read_manifest(pack).files.values())
-    assert bytes_on_disk(pack) == stated + (pack / FILE_NAME).stat().st_size
+    assert bytes_on_disk(pack) == stated + (pack / MANIFEST).stat().st_size
 
 
 def test_what_the_system_does_not_let_one_look_at_is_no_pack(pack):
