@@ -24,11 +24,12 @@ from facezip.machine.rows import by_rows, map_rows
 ACROSS = 16
 LEAST = 4
 # Of tiles, that an alternation takes once all have been taken so many times; of few tiles it takes all.
-SHARE = 0.15
+SHARE = 0.4
 WHOLE = 3
 MANY = 64
-# What such an alternation costs beside one of all texels: its tiles' neighbours have to be looked at, too.
-COST = 0.25
+# So many of those for each further alternation that was asked for: they take twice its time, since neighbours of tiles
+# have to be looked at too, and gain more than two of all texels.
+EACH = 4
 
 
 def tile_of(shape: tuple[int, ...]) -> int:
@@ -57,10 +58,10 @@ class Descent:
         self._chooses, self._taken_whole = choosing and self._gains.size >= MANY, 0
 
     def steps(self, alternations: int) -> int:
-        """How many calls of :meth:`ahead` cost as much as so many alternations of all texels."""
+        """How many calls of :meth:`ahead` stand for so many alternations of all texels."""
         if not self._chooses or alternations <= WHOLE:
             return alternations
-        return WHOLE + round((alternations - WHOLE) / COST)
+        return WHOLE + EACH * (alternations - WHOLE)
 
     def ahead(self) -> Moves:
         """Choose tiles and follow their momentum; where weights may now be improved."""

@@ -29,7 +29,7 @@ from facezip.machine.rows import by_rows, map_rows
 
 # Many texels tell the weights in few alternations: by effort, how many are visited in all, in how many alternations.
 # "start" is for fits that go on with a codec in the loop: after more of them it would lose more of the slots.
-VISITS = {"start": (2**21, 4, 8), "fast": (2**24, 4, 16), "default": (24 * 2**20, 9, 24), "best": (2**26, 64, 64)}
+VISITS = {"start": (2**21, 4, 8), "fast": (2**24, 4, 16), "default": (20 * 2**20, 10, 24), "best": (2**26, 64, 64)}
 
 Locked = Mapping[int, NDArray[np.float32]]
 # The textures of a map under weights ``(h, R, N, w)``, where some of them stay as they are.
