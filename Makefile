@@ -20,6 +20,7 @@ floors:
 	uv venv --quiet --clear --python python3.11 .venv-floors
 	uv pip install --quiet --python $(FLOORS) --resolution lowest-direct --requirements pyproject.toml --extra dev
 	uv pip install --quiet --python $(FLOORS) --no-deps --no-build-isolation --editable .
+	NUMBA_CACHE_DIR=$(CURDIR)/.venv-floors/kernels $(FLOORS) -m facezip.commands.prepare
 	NUMBA_CACHE_DIR=$(CURDIR)/.venv-floors/kernels $(FLOORS) -m pytest -rs --numprocesses auto --dist loadfile --ignore tests/test_site.py
 
 # The site, out/site/index.html: strictly, so that a dead link or anchor is an error.
