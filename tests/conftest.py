@@ -18,8 +18,9 @@ pytest_plugins = ["pytester"]
 NODE = Path(__file__).parent / "node"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 FLAGS = [
-    "--headless", "--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader", "--disable-sync",
-    "--disable-background-networking", "--disable-component-update", "--no-first-run", "--force-color-profile=srgb",
+    "--headless", "--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader", "--disable-sync", "--disable-background-networking", "--disable-component-update",
+    "--no-first-run", "--force-color-profile=srgb",
 ]  # fmt: skip
 
 
