@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from facezip.commands.words import saving_words
 from facezip.documents.document import Data
 from facezip.pack.facts import maps_on_tiles
 from reports.cards import place
@@ -40,14 +41,10 @@ def tiles(pack: Pack) -> list[tuple[str, str, str]]:
         floor, (worst, _) = floor_text(metric, pack), _worst(metric, pack)
         against = f"noise floor {floor}" if floor else f"worst {worst}" if worst else metric.unit
         rows.append((metric.label, metric.of(pack), against))
-    rows.append(("GPU memory", f"{saving(pack)}× less", f"{megabytes(pack['bytes_on_gpu'])} MB at 8 bits"))
+    saved = saving_words(pack["bytes_raw"] / pack["bytes_on_gpu"], "×")
+    rows.append(("GPU memory", saved, f"{megabytes(pack['bytes_on_gpu'])} MB at 8 bits"))
     rows.append(("Texture fetches", _count(pack.get("fetches")), "a pixel"))
     return rows
-
-
-def saving(pack: Pack) -> str:
-    """How many times smaller than the raw textures a pack is on the GPU."""
-    return number(pack["bytes_raw"] / pack["bytes_on_gpu"], 1)
 
 
 def comparison_table(packs: Sequence[Pack]) -> Table:

@@ -1,6 +1,7 @@
-"""What textures show that headers do not say: an expression's that is empty, a copy, or turned against the neutral's.
+"""What textures and masks show that headers do not say: a texture of an expression that is empty, a copy, or turned
+against the neutral's; a mask that is inverted.
 
-Such a texture is read, and compressed, as any other. So it is asked about.
+They are read, and compressed, as any others. So they are asked about.
 """
 
 from collections.abc import Container, Iterator
@@ -12,6 +13,7 @@ from facezip.character import features
 from facezip.character.alignment import DARK, reduced
 from facezip.character.copies import Copies, Known, notes_on
 from facezip.character.maps import ALBEDO, Key
+from facezip.character.masks import is_swapped
 from facezip.character.notes import Note
 from facezip.character.scans import Character, Stack
 
@@ -22,7 +24,9 @@ BLACK = 1 / 255
 
 
 def seen(character: Character, placeholders: Container[tuple[str, Key]] = ()) -> tuple[Note, ...]:
-    """Notes on textures of expressions that are of one value, copies or turned; none where the neutral is of one value.
+    """Notes on inverted masks, and on textures of expressions that are of one value, copies or turned.
+
+    Of textures there are none where the neutral is of one value.
 
     Parameters
     ----------
@@ -35,7 +39,15 @@ def seen(character: Character, placeholders: Container[tuple[str, Key]] = ()) ->
         for key, stack in character.stacks.items()
         for note in _of_stack(character, key, stack, placeholders, copies)
     ]
-    return (*found, *notes_on(character, copies))
+    return (*_of_masks(character), *found, *notes_on(character, copies))
+
+
+def _of_masks(character: Character) -> Iterator[Note]:
+    for (map, tile), stack in character.stacks.items():
+        if map == ALBEDO and stack.mask is not None and is_swapped(character.chart(tile), stack.mask):
+            mask = f"mask on tile {tile}" if len(character.tiles) > 1 else "mask"
+            words = f"its {mask} is white beside the mesh and mostly black on it; invert it, so that the face is white"
+            yield Note(character.name, words, asks=True)
 
 
 def _of_stack(

@@ -16,6 +16,11 @@ from facezip.machine.rows import by_rows
 
 Mask = NDArray[np.float32]
 
+# Texels each way in which a mask is held against a chart.
+SIDE = 256
+# A mask that is white on so much of what is beside the chart, and on less than so much of the chart, has them swapped.
+WHITE_BESIDE, WHITE_ON = 0.9, 0.5
+
 
 def read_face(path: Path) -> tuple[Mask, tuple[str, ...]]:
     """A mask ``(H, W)`` in [0, 1], and what was done to its image, in words; raises as ``files.values.read_mask``."""
@@ -61,6 +66,14 @@ def seen(chart: Topology, size: tuple[int, int], mask: Mask | None) -> NDArray[n
         return on_mesh
     inside = _resized(mask, size)
     return by_rows(lambda rows: on_mesh[rows] & (inside[rows] > 0), size, np.bool_)
+
+
+def is_swapped(chart: Topology, mask: Mask) -> bool:
+    """Whether a mask ``(H, W)`` is white about the mesh's chart and mostly black on it, as one is that was inverted."""
+    on_mesh, values = covered(chart, (SIDE, SIDE)), _resized(mask, (SIDE, SIDE))
+    if on_mesh.all() or not on_mesh.any():
+        return False
+    return bool(values[~on_mesh].mean() > WHITE_BESIDE and values[on_mesh].mean() < WHITE_ON)
 
 
 def _resized(mask: Mask, size: tuple[int, int]) -> Mask:

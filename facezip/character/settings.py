@@ -71,7 +71,7 @@ def read_settings(folder: Path, refuse: Refuse = raised) -> Settings:
         the error); ``TOO_LARGE`` or ``CANNOT_READ``.
     """
     path = folder / SETTINGS
-    with reading(folder):
+    with reading(path):
         document = _document(path)
     stated = {key: document.pop(key) for key in _PLACEMENT & {*document}}
     part = _name(document, "part", _bad(path, "part is the name of a mesh or a material"), refuse)

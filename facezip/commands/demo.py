@@ -12,6 +12,7 @@ import click
 from facezip.character.loading import load_character, save_character
 from facezip.character.scans import Character
 from facezip.commands import options
+from facezip.commands.words import saving_words
 from facezip.documents.document import Document
 from facezip.files.writing import whole_folder
 from facezip.fit.documents import MeasuredPack
@@ -144,7 +145,7 @@ def _lines(answer: DemoDocument) -> list[str]:
     pack = answer.packs[0]
     return [
         f"{answer.output}: {len(answer.expressions)} expressions, texture RMSE {answer.rmse:.2f} of 255, "
-        f"{answer.bytes_raw_bc7 / answer.bytes_bc7:.1f}x less GPU memory in BC7, {answer.seconds:.0f} s",
+        f"{saving_words(answer.bytes_raw_bc7 / answer.bytes_bc7)} GPU memory in BC7, {answer.seconds:.0f} s",
         f"  {pack.verdict}",
         f"  open {answer.report}",
     ]

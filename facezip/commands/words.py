@@ -14,10 +14,18 @@ def megabytes(count: float) -> str:
     return f"{count / 1e6:.2f} MB"
 
 
+def saving_words(times: float, sign: str = "x") -> str:
+    """How many times less than the textures a pack takes: ``4.0x less``; of very few expressions it may take more."""
+    less, more = f"{times:.1f}", f"{1 / times:.1f}"
+    if less == more:
+        return "no less"
+    return f"{less}{sign} less" if times > 1 else f"{more}{sign} more"
+
+
 def memory_words(facts: "PackFacts") -> tuple[str, str]:
     """GPU memory and fetches in the blocks that engines hold, and memory as the paper counts it."""
     (blocks, raw_blocks), (eight, raw) = (
-        (megabytes(ours), f"{megabytes(theirs)} ({theirs / ours:.1f}x less)")
+        (megabytes(ours), f"{megabytes(theirs)} ({saving_words(theirs / ours)})")
         for ours, theirs in ((facts.bytes_bc7, facts.bytes_raw_bc7), (facts.bytes_on_gpu, facts.bytes_raw))
     )
     return (

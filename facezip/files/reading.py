@@ -17,6 +17,8 @@ MOST_EXPANSION = 200
 
 # Of a folder that writers replace all the time: a reading takes longer than the renames between which it fails.
 ATTEMPTS = 50
+# What a clone holds in place of a large file, until Git LFS fetches that.
+_POINTER = b"version https://git-lfs.github.com/spec/"
 
 Found = TypeVar("Found")
 
@@ -28,10 +30,16 @@ def reading(path: Path) -> Iterator[None]:
     Raises
     ------
     FaceZipError
-        ``CANNOT_READ``, or ``TOO_LARGE`` where memory does not suffice.
+        ``CANNOT_READ``, or ``TOO_LARGE`` where memory does not suffice. Of a file that is refused for any reason, but
+        stands for one that Git LFS has not fetched, that is the reason.
     """
     try:
         yield
+    except FaceZipError:
+        if is_pointer(path):
+            reason = "stands for a file that Git LFS has not fetched; run 'git lfs pull'"
+            raise FaceZipError(ErrorCode.CANNOT_READ, f"{path}: {reason}") from None
+        raise
     except OSError as error:
         raise FaceZipError(
             ErrorCode.CANNOT_READ, f"{path}: cannot be read ({error.strerror or error}); check its rights and its disk"
@@ -40,6 +48,15 @@ def reading(path: Path) -> Iterator[None]:
         raise FaceZipError(
             ErrorCode.TOO_LARGE, f"{path}: does not fit into memory; make it smaller or use a larger machine"
         ) from None
+
+
+def is_pointer(path: Path) -> bool:
+    """Whether a file is what Git LFS leaves in the place of another."""
+    try:
+        with open(path, "rb") as file:
+            return file.read(len(_POINTER)) == _POINTER
+    except OSError:
+        return False
 
 
 def digest(path: Path) -> str:

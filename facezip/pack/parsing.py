@@ -44,9 +44,9 @@ def read_manifest(folder: Path) -> Manifest:
         for a version that this program does not read, ``BAD_PACK`` where there is no manifest or a field is outside
         its range, ``CANNOT_READ``.
     """
-    with reading(folder):
+    with reading(folder / MANIFEST):
         content = _content(folder, folder / MANIFEST)
-    _check_own_checksum(folder, content)
+        _check_own_checksum(folder, content)
     try:
         document = _parsed(content)
         version = _version(folder, document.pop("format"))

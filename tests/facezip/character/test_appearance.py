@@ -46,6 +46,23 @@ def test_a_real_capture_has_nothing_of_the_kind():
     assert seen(load_character(CAPTURE)) == ()
 
 
+@settings(max_examples=6, deadline=None)
+@given(st.integers(0, 1), st.floats(0.3, 0.99), st.booleans())
+def test_an_inverted_mask_is_asked_about_and_a_narrow_one_is_not(people, person, threshold, on_tiles):
+    character = people[person]
+    face = (character.first.mask >= threshold).astype(np.float32)
+
+    def masked(mask):
+        stacks = {key: replace(stack, mask=mask) for key, stack in character.stacks.items()}
+        scans = replace(character, stacks=stacks)
+        return seen(in_tiles(scans, 2, 1) if on_tiles else scans)
+
+    assert masked(face) == ()
+    notes = masked(1 - face)
+    assert notes
+    assert all(note.asks and "mask" in note.words and "invert it" in note.words for note in notes)
+
+
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 1), st.integers(0, 19), st.sampled_from([*FLIPS]))
 def test_a_turned_texture_is_named_with_how_it_lies(people, person, n, how):
