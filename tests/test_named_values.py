@@ -65,3 +65,11 @@ def test_an_expression_twice_in_an_animation_is_refused_in_whichever_form_of_uni
     assert "a name twice" in refusal(read_animation, frames)
     frames.write_text("e\N{COMBINING ACUTE ACCENT}\n1\n", encoding="utf-8")
     assert read_animation(frames) == [{"é": 1}]
+
+
+@pytest.mark.parametrize(("largest", "warned"), [("10", False), ("-11", True), ("100", True)])
+def test_weights_in_percents_are_asked_about_and_gains_are_not(tmp_path, caplog, largest, warned):
+    frames = tmp_path / "frames.csv"
+    frames.write_text(f"smile,gains.expressions.smile\n0.5,50\n{largest},1\n")
+    assert read_animation(frames)[1]["smile"] == float(largest)
+    assert any("divide percents by 100" in message for message in caplog.messages) == warned

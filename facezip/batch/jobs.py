@@ -1,15 +1,18 @@
 """What a batch is asked for: characters by their folders, by a folder of them, or by a list in TOML."""
 
+import logging
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from facezip.character.sources import holds_scans, is_character, is_gltf_name
+from facezip.character.sources import holds_scans, is_character, is_gltf_name, is_ours
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.reading import reading
 from facezip.names import first_unusable, folded, printable
+
+_log = logging.getLogger("facezip")
 
 
 @dataclass(frozen=True)
@@ -54,9 +57,19 @@ def _jobs_of(source: Path) -> Iterator[Job]:
     if source.suffix.lower() == ".toml":
         yield from _listed(source)
         return
-    inside = sorted(source.iterdir()) if source.is_dir() and not holds_scans(source) else []
-    found = [path for path in inside if is_character(path) and not path.name.startswith(".")]
+    with reading(source):
+        inside = sorted(source.iterdir()) if source.is_dir() and not holds_scans(source) else []
+        visible = [path for path in inside if not path.name.startswith(".")]
+        found = [path for path in visible if is_character(path)]
+        for path in visible if found else ():
+            if path.is_dir() and path not in found and not _holds_ours(path):
+                _log.warning("%s: no character, and left out; 'facezip doctor' on it says what is missing", path)
     yield from (Job(_name_of(path), path) for path in found or [source])
+
+
+def _holds_ours(folder: Path) -> bool:
+    """Whether a folder is a pack or an export, or one of them."""
+    return is_ours(folder) or any(is_ours(path) for path in folder.iterdir() if path.is_dir())
 
 
 def _name_of(path: Path) -> str:

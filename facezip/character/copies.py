@@ -1,6 +1,6 @@
-"""Which textures are copies of another expression's: a file that was saved over another is read as any other."""
+"""Which textures and meshes are copies of another expression's: a file that was saved over another reads as any."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,20 @@ class Known:
             alike.append((name, texture))
         else:
             self.copies[name] = of
+
+
+def notes_on_meshes(character: Character) -> Iterator[Note]:
+    """Notes on meshes that are another's; none where textures alone tell expressions apart."""
+    meshes = character.meshes
+    seen, copies = {meshes.neutral.tobytes(): NEUTRAL}, Copies()
+    for name, vertices in zip(character.expressions, meshes.vertices, strict=True):
+        of = seen.setdefault(vertices.tobytes(), name)
+        if of != name:
+            copies[name] = of
+    if set(copies.values()) != {NEUTRAL} or len(copies) < len(character.expressions):
+        for name, of in copies.items():
+            whose = "the neutral's" if of == NEUTRAL else f"that of '{of}'"
+            yield Note(name, f"its mesh is {whose}, vertex for vertex; is it the right file?", asks=True)
 
 
 def notes_on(character: Character, copies: Mapping[Key, Copies]) -> tuple[Note, ...]:

@@ -114,10 +114,10 @@ def read_layout(folder: Path, settings: Settings, refuse: Refuse = raised, fewes
     return _with_fitting_masks(layout)
 
 
-def holds_neutral(folder: Path) -> bool:
-    """Whether a folder has a mesh that is the neutral, whatever is wrong with it."""
+def holds_neutral(folder: Path, below: bool = False) -> bool:
+    """Whether a folder has a mesh that is the neutral, or has it ``below``, whatever is wrong with it."""
     try:
-        return NEUTRAL in meshes_in(folder).files
+        return NEUTRAL in meshes_in(folder, below=below).files
     except FaceZipError:
         # Two may be it.
         return True
@@ -242,6 +242,10 @@ def _with_fitting_masks(layout: Layout) -> Layout:
             number = FIRST_TILE if FIRST_TILE in tiles else tiles[0]
             words = f"taken for the mask of tile {number} alone; call it {MASK}.{number}{whole.suffix}"
             notes.append(layout.note(whole, words, asks=True))
+    elif {*masks} & {*tiles}:
+        words, neutral = "its tile has no mask, as others have, and counts as face wholly", layout.maps[0].files
+        bare = sorted({*tiles} - {*masks})
+        notes += [layout.note(neutral[NEUTRAL, tile], words, asks=True) for tile in bare]
     for tile in sorted({*masks} - {*tiles}):
         words = f"not used: there are no textures on tile {tile}"
         notes.append(layout.note(masks.pop(tile), words, asks=True))

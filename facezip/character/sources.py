@@ -23,7 +23,9 @@ def is_gltf_name(path: Path) -> bool:
 
 def is_character(path: Path) -> bool:
     """Whether there is a character at a path, whatever is wrong with it."""
-    return (is_gltf_name(path) and not path.is_dir()) or holds_scans(path) or bool(_gltfs_in(path))
+    if not path.is_dir():
+        return is_gltf_name(path)
+    return holds_scans(path) or bool(_gltfs_in(path)) or (not is_ours(path) and holds_neutral(path, below=True))
 
 
 def holds_scans(folder: Path) -> bool:
@@ -55,9 +57,14 @@ def gltf_at(path: Path) -> Path | None:
     return inside[0] if inside else None
 
 
+def is_ours(folder: Path) -> bool:
+    """Whether a folder is a pack or an export."""
+    return any((folder / name).exists() for name in _OURS)
+
+
 def _gltfs_in(folder: Path) -> list[Path]:
     """The glTFs of a folder that is no pack or export, in the order of their names."""
-    if not folder.is_dir() or any((folder / name).exists() for name in _OURS):
+    if not folder.is_dir() or is_ours(folder):
         return []
     files = visible_files(folder)
     has_meshes = any(file.suffix.lower() == MESH_SUFFIX for file in files)

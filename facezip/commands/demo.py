@@ -53,7 +53,9 @@ class DemoDocument(MeasuredPack, Document):
 @click.option("--expressions", default=20, show_default=True, metavar="N", help="How many expressions.")
 @click.option("--image-resolution", default=320, show_default=True, metavar="PIXELS", help="Side of the renders.")
 @click.option("--spp", default=16, show_default=True, metavar="N", help="Samples per pixel of the renders.")
-@click.option("--seed", default=0, show_default=True, metavar="S", help="Another seed, another person.")
+@click.option(
+    "--seed", type=click.IntRange(0, 2**31), default=0, show_default=True, metavar="S", help="Another person."
+)
 @options.overwrite
 @options.as_json
 def command(

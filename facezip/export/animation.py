@@ -1,6 +1,7 @@
 """An animation for programs that cannot blend weight maps: β by frame, and weight maps blended beforehand."""
 
 import csv
+import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from textwrap import shorten
@@ -14,10 +15,15 @@ from facezip.export.source import Tile
 from facezip.names import one_form
 from facezip.pack.model import MAX_BLEND
 
+_log = logging.getLogger("facezip")
+
 # β by name; what is not named is zero. With GAIN in front of a name, how strongly it changes textures, and with REGION,
 # how strongly all that do change that region of the face: else 1.
 Frame = Mapping[str, float]
-GAIN, REGION = "gains.expressions.", "gains.regions."
+GAINS = "gains."
+GAIN, REGION = f"{GAINS}expressions.", f"{GAINS}regions."
+# No animator asks for more of an expression; who counts in percents does.
+_LARGEST = 10
 _EXPECTED = "give a CSV file of weights: different names of expressions in its first row, then a row of numbers a frame"
 
 
@@ -46,7 +52,12 @@ def read_animation(path: Path) -> list[Frame]:
         first = f"its first row '{_begin(names)}'"
         reason = f"{first} has a name twice" if rows else f"no row of weights follows {first}"
         raise FaceZipError(ErrorCode.BAD_VALUE, f"{path}: {reason}; {_EXPECTED}")
-    return [_frame(path, number, names, row) for number, row in enumerate(rows, 1)]
+    frames = [_frame(path, number, names, row) for number, row in enumerate(rows, 1)]
+    weights = [weight for frame in frames for name, weight in frame.items() if not name.startswith(GAINS)]
+    largest = max(map(abs, weights), default=0)
+    if largest > _LARGEST:
+        _log.warning("%s: weights reach %g, where 1 is the whole expression; divide percents by 100", path, largest)
+    return frames
 
 
 def check(frames: Sequence[Frame], expressions: Sequence[str], regions: Sequence[str], whose: str) -> None:

@@ -92,7 +92,7 @@ def map_factors(
         if name not in names:
             raise unknown("map", name, names, character.name)
         if not 0 < weight <= 1e6:
-            raise FaceZipError(ErrorCode.BAD_VALUE, f"weight {weight} of map '{name}': must lie within 0 and 1e6")
+            raise FaceZipError(ErrorCode.BAD_VALUE, f"weight {weight} of map '{name}': must be above 0 and at most 1e6")
     if len(names) == 1:
         return {names[0]: 1.0}
     energy = {name: sum(map(_energy, character.of_map(name).values())) for name in names}

@@ -77,7 +77,10 @@ class Reference:
         count = len(renders)
         if count < FEWEST_RENDERS:
             reason = f"a reference needs at least {FEWEST_RENDERS} independent renders to know their noise, not {count}"
-            raise FaceZipError(ErrorCode.BAD_VALUE, f"{reason}; pass a function of the seed, or more renders")
+            raise FaceZipError(
+                ErrorCode.BAD_VALUE,
+                f"{reason}; pass a function of the seed, more renders, or [image] * {FEWEST_RENDERS} without noise",
+            )
         renders = np.clip(renders, -_LARGEST_HALF, _LARGEST_HALF)
         mean = renders.mean(axis=0, dtype=np.float64)
         error = renders.std(axis=0, ddof=1, dtype=np.float64) / np.sqrt(count)

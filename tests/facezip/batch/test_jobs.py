@@ -38,6 +38,22 @@ def test_a_character_is_one_however_its_neutral_is_called(library, mesh):
     assert names(library) == ["anna", "bert", "cleo"]
 
 
+def test_a_character_may_have_its_meshes_in_a_folder_of_their_own(library):
+    (library / "dora" / "geo").mkdir(parents=True)
+    (library / "dora" / "geo" / "neutral.obj").touch()
+    assert names(library) == ["anna", "bert", "cleo", "dora"]
+
+
+def test_what_is_left_out_of_a_library_is_said_but_for_packs_and_exports(library, caplog):
+    (library / "packs" / "anna.facezip").mkdir(parents=True)
+    (library / "packs" / "anna.facezip" / "manifest.json").touch()
+    (library / "shipped").mkdir()
+    (library / "shipped" / "facezip.json").touch()
+    assert names(library) == ["anna", "bert", "cleo"]
+    (message,) = caplog.messages
+    assert message.startswith(f"{library / 'notes'}: no character, and left out")
+
+
 def test_what_is_no_character_is_left_to_fail_alone(library):
     assert names(library / "anna", library / "notes", library / "nobody") == ["anna", "notes", "nobody"]
 

@@ -63,6 +63,55 @@ def test_an_inverted_mask_is_asked_about_and_a_narrow_one_is_not(people, person,
     assert all(note.asks and "mask" in note.words and "invert it" in note.words for note in notes)
 
 
+@settings(max_examples=6, deadline=None)
+@given(st.integers(0, 1), st.permutations(range(20)))
+def test_a_mesh_that_is_anothers_is_named_but_not_where_textures_alone_differ(people, person, order):
+    character, (one, other) = people[person], sorted(order[:2])
+    meshes = character.meshes
+
+    def of(vertices):
+        return seen(replace(character, meshes=replace(meshes, vertices=vertices)))
+
+    vertices = meshes.vertices.copy()
+    vertices[other] = vertices[one]
+    (note,) = of(vertices)
+    assert (note.file, note.asks) == (character.expressions[other], True)
+    assert note.words.startswith(f"its mesh is that of '{character.expressions[one]}', vertex for vertex")
+    vertices[other] = meshes.neutral
+    (note,) = of(vertices)
+    assert note.words.startswith("its mesh is the neutral's")
+    assert of(np.broadcast_to(meshes.neutral, vertices.shape)) == ()
+
+
+@pytest.mark.parametrize("inside_out", ["mirrored", "reversed"])
+def test_a_head_that_is_inside_out_is_named(people, inside_out):
+    character = people[0]
+    meshes = character.meshes
+    if inside_out == "mirrored":
+        mirror = np.array([-1, 1, 1], np.float32)
+        meshes = replace(meshes, neutral=meshes.neutral * mirror, vertices=meshes.vertices * mirror)
+    else:
+        topology = meshes.topology
+        reversed_faces = {name: getattr(topology, name)[:, ::-1].copy() for name in ("faces", "face_uv")}
+        meshes = replace(meshes, topology=replace(topology, **reversed_faces))
+    (note,) = seen(replace(character, meshes=meshes))
+    assert note.asks
+    assert note.words.startswith("its triangles face inwards")
+
+
+@pytest.mark.parametrize(("channels", "colours"), [((1,), "green"), ((0,), "red"), ((0, 1), "red and green")])
+def test_a_normal_map_that_goes_the_other_way_is_named(people, channels, colours):
+    def turned(texels):
+        texels = texels.copy()
+        for channel in channels:
+            texels[..., channel] = np.iinfo(texels.dtype).max - texels[..., channel]
+        return texels
+
+    (note,) = seen(changed(people[0], 7, turned, "normal"))
+    assert (note.file, note.asks) == (people[0].expressions[7], True)
+    assert note.words.startswith(f"its normal has {colours} the other way than the neutral's")
+
+
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 1), st.integers(0, 19), st.sampled_from([*FLIPS]))
 def test_a_turned_texture_is_named_with_how_it_lies(people, person, n, how):

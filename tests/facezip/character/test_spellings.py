@@ -129,9 +129,10 @@ def test_an_image_that_is_called_nearly_like_the_mask_is_never_passed_over(plain
     with tempfile.TemporaryDirectory() as place:
         folder = respelt(plain, place, str)
         (folder / "mask.1001.png").rename(folder / f"{called}.{'psd' if unread else 'png'}")
-        (note,) = load_character(folder).notes
-        assert note.asks
-        assert note.file == f"{called}.{'psd' if unread else 'png'}"
+        first, note = load_character(folder).notes
+        assert first.asks
+        assert first.file == f"{called}.{'psd' if unread else 'png'}"
+        assert note.words.startswith("its tile has no mask, as others have")
 
 
 @LIGHT
