@@ -98,16 +98,6 @@ def image_rmse(a: NDArray[np.float32], b: NDArray[np.float32]) -> float:
     return float(255 * np.sqrt(np.mean(np.square(a.astype(np.float64) - b))))
 
 
-def delta_e(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float64]:
-    """CIEDE2000 of encoded sRGB colours ``(..., 3)`` under D65 (Sharma, Wu and Dalal 2005)."""
-    return delta_e_2000(to_lab(a.reshape(-1, 3)), to_lab(b.reshape(-1, 3))).reshape(a.shape[:-1])
-
-
-def flip_map(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float32]:
-    """LDR-FLIP error ``(h, w)`` in [0, 1] of encoded images (Andersson et al. 2020)."""
-    return flip(seen(a), seen(b))
-
-
 def mean_flip(original: Picture, other: Picture) -> float:
     """FLIP over head pixels."""
     return float(flip(original.seen, other.seen)[original.head].mean(dtype=np.float64))
