@@ -9,7 +9,7 @@ import click
 
 from facezip.documents.document import to_json
 from facezip.documents.error import ErrorDocument, Fault
-from facezip.errors import ExitCode, FaceZipError
+from facezip.errors import ErrorCode, ExitCode, FaceZipError
 from facezip.files.muting import muted_stderr
 from facezip.machine.exhaustion import ended_where_threads_cannot_go_on
 from facezip.machine.progress import show_progress
@@ -36,6 +36,8 @@ VERBS = {
     "rates": "Plot error against GPU memory, beside BC1, BC7 and ASTC.",
     "bench": "Measure what this project claims, on this machine.",
 }
+# What writes needs locks, and two names exchanged at a stroke; Windows has neither.
+ON_WINDOWS = ("info", "verify", "schema")
 
 EXIT_CODES = "\b\nExit codes\n" + "\n".join(f"  {code.value}  {code.meaning}" for code in ExitCode)
 BEGIN = "\b\nBegin with\n  facezip demo -o demo          a character, its pack and a report, in a minute\n" + (
@@ -61,6 +63,10 @@ class _Verbs(click.Group):
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         if name not in VERBS:
             return None
+        if sys.platform == "win32" and name not in ON_WINDOWS:
+            raise FaceZipError(
+                ErrorCode.CANNOT_WRITE, f"{name}: runs on Linux and macOS, not on Windows; use WSL, Windows' own Linux"
+            )
         command = import_module(f"facezip.commands.{name}").command
         return command if isinstance(command, click.Command) else None
 

@@ -5,22 +5,16 @@ the mean of its halves is free of it to first order (Quenouille's jackknife), an
 scatter. Both are small where original and compressed textures are shaded on the same paths.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from render.documents.images import ImageMetrics, Judgement
 from render.limits import DECIDING, Level, Thresholds
-from render.metrics import Picture, delta_e_local, delta_e_p95, mean_flip
+from render.metrics import Picture, perceived
 
 # Student's t for a two-sided interval of 95 % from two values.
 _REACH = 12.706
-
-_MEASURES: dict[str, Callable[[Picture, Picture], float]] = {
-    "delta_e_p95": delta_e_p95,
-    "delta_e_local": delta_e_local,
-    "flip": mean_flip,
-}
 
 # A picture of the original and one of a candidate, from the same half of the samples.
 Half = tuple[Picture, Picture]
@@ -39,7 +33,8 @@ def interval(whole: float, halves: Sequence[float]) -> tuple[float, float]:
 
 def of_halves(halves: Sequence[Half]) -> dict[str, list[float]]:
     """Every deciding metric of each half."""
-    return {name: [measure(*half) for half in halves] for name, measure in _MEASURES.items()}
+    found = [perceived(*half) for half in halves]
+    return {name: [each[name] for each in found] for name in DECIDING}
 
 
 def without_bias(metrics: ImageMetrics, of_each: Mapping[str, Sequence[float]]) -> dict[str, float]:

@@ -81,15 +81,11 @@ def compare(original: Picture, other: Picture) -> ImageMetrics:
     """Every metric of ``other`` against ``original``, two pictures of the same crop."""
     head = original.head
     rmse = image_rmse(original.encoded[head], other.encoded[head])
-    colour = delta_e_2000(original.lab, other.lab)
     return ImageMetrics(
         image_rmse=rmse,
         psnr=None if rmse == 0 else float(20 * np.log10(255 / rmse)),
-        flip=mean_flip(original, other),
-        delta_e_mean=float(colour.mean()),
-        delta_e_p95=float(np.percentile(colour, 95)),
-        delta_e_local=float(window_means(colour, head).max(initial=0)),
         ssim=float(ssim_map(original.encoded, other.encoded)[head].mean()),
+        **perceived(original, other),
     )
 
 
@@ -98,29 +94,18 @@ def image_rmse(a: NDArray[np.float32], b: NDArray[np.float32]) -> float:
     return float(255 * np.sqrt(np.mean(np.square(a.astype(np.float64) - b))))
 
 
-def delta_e(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float64]:
-    """CIEDE2000 of encoded sRGB colours ``(..., 3)`` under D65 (Sharma, Wu and Dalal 2005)."""
-    return delta_e_2000(to_lab(a.reshape(-1, 3)), to_lab(b.reshape(-1, 3))).reshape(a.shape[:-1])
+def perceived(original: Picture, other: Picture) -> dict[str, float]:
+    """FLIP and CIEDE2000 over head pixels, by the names of metrics.
 
-
-def flip_map(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float32]:
-    """LDR-FLIP error ``(h, w)`` in [0, 1] of encoded images (Andersson et al. 2020)."""
-    return flip(seen(a), seen(b))
-
-
-def mean_flip(original: Picture, other: Picture) -> float:
-    """FLIP over head pixels."""
-    return float(flip(original.seen, other.seen)[original.head].mean(dtype=np.float64))
-
-
-def delta_e_p95(original: Picture, other: Picture) -> float:
-    """The 95th percentile of CIEDE2000 over head pixels."""
-    return float(np.percentile(delta_e_2000(original.lab, other.lab), 95))
-
-
-def delta_e_local(original: Picture, other: Picture) -> float:
-    """The largest mean of CIEDE2000 over a window: what a percentile of the whole head does not see."""
-    return float(window_means(delta_e_2000(original.lab, other.lab), original.head).max(initial=0))
+    The largest mean of a window is beside the others, since a percentile of the whole head does not see a small place.
+    """
+    colour = delta_e_2000(original.lab, other.lab)
+    return {
+        "flip": float(flip(original.seen, other.seen)[original.head].mean(dtype=np.float64)),
+        "delta_e_mean": float(colour.mean()),
+        "delta_e_p95": float(np.percentile(colour, 95)),
+        "delta_e_local": float(window_means(colour, original.head).max(initial=0)),
+    }
 
 
 def window_means(values: NDArray[np.floating[Any]], head: NDArray[np.bool_]) -> NDArray[np.float64]:

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, zoom
 
+from facezip.character.maps import LEAST_DIVISOR
 from facezip.files.obj import Topology
 
 # Standard deviation by which red, green and blue irradiance is blurred, in heights of a head with its neck. Of 30 cm:
@@ -31,7 +32,7 @@ def blurred_slopes(normal: NDArray[np.float32], height: float) -> tuple[NDArray[
     normal : ``(H, W, 3)`` unit vectors.
     height : of the head, in sides of the UV square, of :func:`spread`.
     """
-    slopes = normal[..., :2] / np.maximum(normal[..., 2:], 1e-3)
+    slopes = normal[..., :2] / np.maximum(normal[..., 2:], LEAST_DIVISOR)
     size = min(1.0, MOST / max(slopes.shape[:2]))
     if size < 1:
         slopes = zoom(

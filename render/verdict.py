@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from render.documents.images import PackRender, Render
-from render.limits import LEVELS, Level, Thresholds
+from render.limits import DECIDING, LEVELS, Level, Thresholds
 
 
 def verdict(k: int, renders: Sequence[Render], thresholds: Thresholds) -> tuple[Level, str]:
@@ -43,8 +43,8 @@ def verdict(k: int, renders: Sequence[Render], thresholds: Thresholds) -> tuple[
 
 
 def deciding(numbers: PackRender) -> tuple[float, ...]:
-    """The metrics of a render that a level is made of, in the order of :data:`DECIDING`."""
-    return numbers.delta_e_p95, numbers.delta_e_local, numbers.flip
+    """The metrics of a render that a level is made of, in the order of :data:`render.limits.DECIDING`."""
+    return tuple(getattr(numbers, name) for name in DECIDING)
 
 
 def _figures(numbers: Sequence[float]) -> str:

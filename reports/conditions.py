@@ -12,7 +12,6 @@ LABELS = {
     "max_spp": "Where the verdict is close",
     "sampler": "Sampler",
     "seed": "Seed",
-    "second_seed": "Seed of the noise floor",
     "resolution": "Render size",
     "views": "Views",
     "lights": "Lights",

@@ -1,8 +1,9 @@
 """Charts as geometry; templates draw them as inline SVG that follows the page's colours."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+
+from reports.plots import round_ticks
 
 TICKS = 5
 LONGEST_NAME = 18
@@ -48,13 +49,8 @@ class BarChart:
 
 
 def nice_ticks(largest: float, count: int = TICKS) -> list[float]:
-    """Round numbers from 0 to at or above ``largest``, about ``count`` steps of 1, 2, 2.5 or 5 times a power of ten."""
-    if largest <= 0:
-        return [0.0, 1.0]
-    rough = largest / count
-    power = 10 ** math.floor(math.log10(rough))
-    step = next(factor * power for factor in (1, 2, 2.5, 5, 10) if factor * power >= rough * (1 - 1e-9))
-    return [round(i * step, 12) for i in range(math.ceil(largest / step - 1e-9) + 1)]
+    """Round numbers from 0 to at or above ``largest``, in about ``count`` steps; 0 and 1 where nothing is above 0."""
+    return round_ticks(0.0, largest, count) if largest > 0 else [0.0, 1.0]
 
 
 def upright_bars(groups: Sequence[str], series: Sequence[Series], width: float = 1200) -> BarChart:

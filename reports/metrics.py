@@ -1,6 +1,6 @@
 """What reports call each metric, how they print it, and what it means."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from facezip.documents.document import Data
@@ -106,17 +106,9 @@ def megabytes(count: float) -> str:
     return number(count / 1e6, 2)
 
 
-def noise_floors(entry: Data) -> Mapping[str, float]:
-    """Noise floors by metric of a pack or a render; a single number is that of the image RMSE."""
-    floors = entry.get("noise_floor_per_metric", entry.get("noise_floor"))
-    if isinstance(floors, Mapping):
-        return floors
-    return {} if floors is None else {"image_rmse": floors}
-
-
 def floor_text(metric: Metric, entry: Data) -> str:
-    """The noise floor of a metric as text; nothing where it was not measured."""
-    floors = noise_floors(entry)
+    """The noise floor of a metric of a pack or a render as text; nothing where it was not measured."""
+    floors = entry.get("noise_floor_per_metric", entry["noise_floor"])
     return metric.of(floors) if metric.key in floors else ""
 
 

@@ -9,7 +9,7 @@ from facezip.documents.document import Data
 from facezip.pack.facts import maps_on_tiles
 from reports.cards import place
 from reports.figures import BarChart, Series, lying_bars, upright_bars
-from reports.metrics import BY_KEY, METRICS, MISSING, Metric, floor_text, measured, megabytes, noise_floors, number
+from reports.metrics import BY_KEY, METRICS, MISSING, Metric, floor_text, measured, megabytes, number
 from reports.tables import Cell, Row, Table
 
 Pack = Data
@@ -51,15 +51,11 @@ def comparison_table(packs: Sequence[Pack]) -> Table:
     """Metrics by packs: the mean over all renders with the worst case beside it, best pack marked, and the floor."""
     metrics = measured(METRICS, packs)
     if len(packs) == 1:
-        rows = [Row(metric.label, _single(metric, packs[0]), _direction(metric, packs[0])) for metric in metrics]
+        rows = [Row(metric.label, _single(metric, packs[0]), _direction(metric)) for metric in metrics]
         columns: tuple[str, ...] = ("Mean", "Noise floor", "Worst", "Where")
         return Table("Mean over all renders, and the worst of them.", "Metric", columns, tuple(rows))
-    with_floors = sum(metric.key in noise_floors(packs[0]) for metric in metrics) > 1
-    rows = [
-        Row(metric.label, _several(metric, packs, with_floors), _direction(metric, packs[0], not with_floors))
-        for metric in metrics
-    ]
-    columns = (*(["Noise floor"] if with_floors else []), *(pack["name"] for pack in packs))
+    rows = [Row(metric.label, _several(metric, packs), _direction(metric)) for metric in metrics]
+    columns = ("Noise floor", *(pack["name"] for pack in packs))
     caption = "Mean over all renders; in small print the worst of them, and where it is."
     return Table(caption, "Metric", columns, tuple(rows))
 
@@ -69,13 +65,13 @@ def _single(metric: Metric, pack: Pack) -> tuple[Cell, ...]:
     return Cell(metric.of(pack)), Cell(floor_text(metric, pack)), Cell(value), Cell(where)
 
 
-def _several(metric: Metric, packs: Sequence[Pack], with_floor: bool) -> tuple[Cell, ...]:
+def _several(metric: Metric, packs: Sequence[Pack]) -> tuple[Cell, ...]:
     best = _best(metric, packs)
     cells = [
         Cell(metric.of(pack), " · ".join(filter(None, _worst(metric, pack))), best=i in best)
         for i, pack in enumerate(packs)
     ]
-    return (*([Cell(floor_text(metric, packs[0]))] if with_floor else []), *cells)
+    return (Cell(floor_text(metric, packs[0])), *cells)
 
 
 def _best(metric: Metric, packs: Sequence[Pack]) -> set[int]:
@@ -100,10 +96,9 @@ def _worst(metric: Metric, pack: Pack) -> tuple[str, str]:
     return metric.text(worst["value"]), " · ".join(part for part in (worst.get("expression"), place(worst)) if part)
 
 
-def _direction(metric: Metric, pack: Pack, with_floor: bool = False) -> str:
-    floor = floor_text(metric, pack) if with_floor else ""
+def _direction(metric: Metric) -> str:
     better = "higher is better" if metric.higher_is_better else "lower is better"
-    return ", ".join(filter(None, (metric.unit, better, f"noise floor {floor}" if floor else "")))
+    return ", ".join(filter(None, (metric.unit, better)))
 
 
 @dataclass(frozen=True)
@@ -150,10 +145,9 @@ def memory_table(document: Data) -> Table:
     packs = document["packs"]
     raw = packs[0]["bytes_raw"]
     names = {pack["name"] for pack in packs}
-    others = [*document.get("memory", []), *document.get("baselines", [])]
     rows = [_memory_row({"name": "raw textures", "bytes_on_gpu": raw}, raw, False)]
     rows += [_memory_row(pack, raw, True) for pack in packs]
-    for other in others:
+    for other in document.get("baselines", []):
         if other.get("bytes_on_gpu") and other["name"] not in names:
             names.add(other["name"])
             rows.append(_memory_row(other, raw, False))

@@ -10,13 +10,31 @@ import pytest
 from click.testing import CliRunner
 
 from facezip.character.loading import save_character
-from facezip.cli import VERBS, facezip
+from facezip.cli import ON_WINDOWS, VERBS, facezip, main
 from facezip.commands.options import FiniteRange
 from facezip.errors import ExitCode
 from facezip.files.images import read_texture, write_texture
 from facezip.pack.read import read_pack
 from tests.documents.checked import checked
 from tests.facezip.conftest import random_character
+
+LIKE_WINDOWS = """
+import os, sys
+from facezip.cli import main
+
+opened = os.open
+
+def open_files_only(path, *flags):
+    if os.path.isdir(path):
+        raise PermissionError(13, "Permission denied", path)
+    return opened(path, *flags)
+
+os.open = open_files_only
+del os.O_NOFOLLOW, os.O_NONBLOCK, os.getuid, os.posix_fallocate, os.sched_getaffinity
+sys.modules |= dict.fromkeys(["fcntl", "resource"])
+sys.platform = "win32"
+main()
+"""
 
 
 def run(*arguments, **options):
@@ -49,6 +67,27 @@ def test_help_teaches_every_verb_and_every_exit_code():
         assert run(verb, "--help").returncode == 0
     for code in ExitCode:
         assert f"{code.value}  {code.meaning}" in done.stdout
+
+
+@pytest.mark.parametrize("verb", sorted({*VERBS} - {*ON_WINDOWS}))
+def test_windows_hears_in_one_line_where_the_verb_runs(monkeypatch, capsys, verb):
+    monkeypatch.setattr(sys, "platform", "win32")
+    monkeypatch.setattr(sys, "argv", ["facezip", verb])
+    # Whatever the verb needs is not looked for.
+    monkeypatch.setitem(sys.modules, f"facezip.commands.{verb}", None)
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == ExitCode.CANNOT_WRITE
+    line = f"facezip: {verb}: runs on Linux and macOS, not on Windows; use WSL, Windows' own Linux\n"
+    assert capsys.readouterr() == ("", line)
+
+
+@pytest.mark.parametrize("verb", ["info", "verify"])
+def test_windows_reads_packs_without_what_it_lacks(pack, verb):
+    done = subprocess.run(
+        [sys.executable, "-c", LIKE_WINDOWS, verb, pack[0]], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert (done.stderr, done.stdout) == ("", run(verb, pack[0]).stdout)
 
 
 def test_compress_states_the_error_of_what_was_written(pack):

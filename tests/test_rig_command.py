@@ -63,7 +63,8 @@ def test_pack_and_meshes_agree(answer, folders, case):
     model = read_pack(answer["pack"]["path"])
     assert model.expressions == SHAPES
     vertices, topology = read_obj(folders / "out/shapes/jaw.obj")
-    assert topology.same_as(case.scans.meshes.topology)
+    for name in ("faces", "uv", "face_uv"):
+        np.testing.assert_array_equal(getattr(topology, name), getattr(case.scans.meshes.topology, name))
     size = np.ptp(model.meshes.neutral, axis=0).max()
     assert np.allclose(vertices, model.meshes.vertices[SHAPES.index("jaw")], atol=TOLERANCE * size)
 

@@ -22,6 +22,8 @@ Encoding = Literal["srgb", "data", "normal"]
 ENCODINGS: tuple[Encoding, ...] = get_args(Encoding)
 # tan 84°. What stands steeper has no business in a tangent-space normal map.
 MAX_SLOPE = 10.0
+# A normal's z is at least this where x and y are divided by it.
+LEAST_DIVISOR = 1e-3
 MAX_RANGE = 1e6
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,31}")
@@ -80,7 +82,7 @@ class Map:
         def texels(rows: slice) -> NDArray[np.float32]:
             some = values[rows]
             if self.is_normal:
-                slopes = some[..., :2] / np.maximum(some[..., 2:], np.float32(1e-3))
+                slopes = some[..., :2] / np.maximum(some[..., 2:], LEAST_DIVISOR)
                 return np.clip(np.float32(0.5) + slopes / np.float32(self.unit), 0, 1).astype(np.float32)
             return ((some - np.float32(self.low)) / np.float32(self.unit)).astype(np.float32)
 

@@ -9,14 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from facezip.character.maps import Map
+from facezip.character.maps import LEAST_DIVISOR, Map
 from facezip.files.images import to_float
 from facezip.files.srgb import decode_srgb, encode_srgb
 from facezip.pack.sampling import bilinear_grid
 
 Rows = Callable[[slice], NDArray[np.float32]]
-# Of the neutral's z, by which a slope is divided.
-LEAST_Z = np.float32(1e-3)
 # Of what later layers leave, below which nothing is left.
 LEAST_SHARE = 1e-5
 Y_DOWN = np.array([1, -1], np.float32)
@@ -114,4 +112,4 @@ def sampled(maps: NDArray[np.float32], size: tuple[int, int]) -> Rows:
 def _z_of(across: NDArray[np.float32]) -> NDArray[np.float32]:
     """``(..., 1)``: the z of unit vectors whose x and y are these."""
     z = np.sqrt(np.maximum(1 - np.square(across).sum(axis=-1, keepdims=True), 0))
-    return np.maximum(z, LEAST_Z)
+    return np.maximum(z, LEAST_DIVISOR)

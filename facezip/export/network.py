@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 from typing import cast
 
-from facezip.character.maps import Map
+from facezip.character.maps import LEAST_DIVISOR, Map
 from facezip.export.shaders import GLSL, shader_words
 from facezip.export.sheets import Sheet
 from facezip.export.source import Tile
@@ -15,8 +15,6 @@ from facezip.pack.quantise import ZERO
 
 # Of skin without maps of them, and the share of what a cavity takes from the highlight that diffuse light loses too.
 ROUGHNESS, SPECULAR, DIFFUSE_CAVITY = 0.48, 0.42, 0.3
-# A normal's z as a divisor is at least this.
-LEAST_Z = 0.001
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +148,7 @@ def _slopes(network: Network, value: Node, channels: Sequence[int]) -> Node:
     rest = network.two("add", network.two("multiply", network.two("add", *squares), -1.0), 1.0)
     z = network.add("sqrt", "float", "float", {"in": network.two("max", rest, 0.0)})
     for k in channels:
-        parts[k] = network.two("divide", parts[k], network.two("max", z, LEAST_Z))
+        parts[k] = network.two("divide", parts[k], network.two("max", z, LEAST_DIVISOR))
     return network.joined(parts)
 
 

@@ -47,11 +47,6 @@ class Topology:
     materials: tuple[str, ...] = ("",)
     face_material: NDArray[np.intp] | None = None
 
-    def same_as(self, other: "Topology") -> bool:
-        """Whether faces and UV layout agree exactly."""
-        mine, theirs = (self.faces, self.uv, self.face_uv), (other.faces, other.uv, other.face_uv)
-        return all(np.array_equal(a, b) for a, b in zip(mine, theirs, strict=True))
-
 
 def used_rows(rows: NDArray[Any], indices: NDArray[np.integer]) -> NDArray[Any]:
     """Those of the rows ``(R, C)`` that some indices name, in their order."""

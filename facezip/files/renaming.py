@@ -8,12 +8,8 @@ import ctypes
 import errno
 import os
 import re
-import sys
 from collections.abc import Iterator
 from pathlib import Path
-
-if sys.platform != "win32":
-    import fcntl
 
 _AT_CWD = -100
 _EXCHANGE = 2
@@ -57,8 +53,9 @@ class Locked:
 
 def _lock(descriptor: int, wait: bool) -> bool:
     """False where a living process holds it, and without locks: no leftover can then be told from work."""
-    if sys.platform == "win32":
-        return False
+    # Windows has none; packs are read there without.
+    import fcntl
+
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
     except OSError:

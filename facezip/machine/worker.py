@@ -14,7 +14,7 @@ from facezip.machine import telling
 from facezip.machine.telling import Told
 
 # Ends of a process by its own fault; the system ends one for memory by SIGKILL.
-CRASHES = (signal.SIGSEGV, signal.SIGABRT, signal.SIGILL, signal.SIGFPE, getattr(signal, "SIGBUS", signal.SIGSEGV))
+CRASHES = (signal.SIGSEGV, signal.SIGABRT, signal.SIGILL, signal.SIGFPE, signal.SIGBUS)
 # Between two looks at a process that says nothing.
 SECOND = 1.0
 

@@ -55,18 +55,6 @@ class Footprint:
     geometry: int = 0
     masks: int = 0
 
-    @classmethod
-    def of_one(
-        cls,
-        size: tuple[int, int],
-        channels: int = 3,
-        differences: int = 0,
-        expressions: int = 0,
-        weight_size: tuple[int, int] = (1, 1),
-    ) -> "Footprint":
-        """Of one map on one tile."""
-        return cls(((Texture(*size, channels),),), (weight_size,), differences, expressions)
-
     @property
     def layers(self) -> int:
         """RGBA layers that the R slots of a weight map fill; 0 where weights are uniform."""

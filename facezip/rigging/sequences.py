@@ -24,7 +24,7 @@ class Pose:
     weights: Mapping[str, float]
 
 
-def _both(**weights: float) -> dict[str, float]:
+def both(**weights: float) -> dict[str, float]:
     """ARKit weights of both sides for a name that ends in ``_``."""
     sides = {name: ("Left", "Right") if name.endswith("_") else ("",) for name in weights}
     return {f"{name.rstrip('_')}{side}": weights[name] for name in weights for side in sides[name]}
@@ -32,15 +32,15 @@ def _both(**weights: float) -> dict[str, float]:
 
 NEUTRAL = Pose("neutral", {})
 ARKIT = (
-    Pose("half a smile", _both(mouthSmile_=0.45, cheekSquint_=0.3)),
-    Pose("smile", _both(mouthSmile_=0.9, cheekSquint_=0.6, eyeSquint_=0.35)),
-    Pose("smile and blink", _both(mouthSmile_=0.6, cheekSquint_=0.4, eyeBlink_=1.0)),
-    Pose("brows up", _both(browInnerUp=0.9, browOuterUp_=0.8, eyeWide_=0.4)),
-    Pose("speech: ah", _both(jawOpen=0.55, mouthLowerDown_=0.3, browInnerUp=0.2)),
-    Pose("speech: oo", _both(mouthPucker=0.7, mouthFunnel=0.3, jawOpen=0.1)),
-    Pose("speech: ee", _both(mouthStretch_=0.5, mouthSmile_=0.3, jawOpen=0.15)),
-    Pose("speech: mm", _both(mouthPress_=0.6, mouthRollLower=0.3)),
-    Pose("frown and sneer", _both(browDown_=0.9, noseSneer_=0.6, mouthFrown_=0.4)),
+    Pose("half a smile", both(mouthSmile_=0.45, cheekSquint_=0.3)),
+    Pose("smile", both(mouthSmile_=0.9, cheekSquint_=0.6, eyeSquint_=0.35)),
+    Pose("smile and blink", both(mouthSmile_=0.6, cheekSquint_=0.4, eyeBlink_=1.0)),
+    Pose("brows up", both(browInnerUp=0.9, browOuterUp_=0.8, eyeWide_=0.4)),
+    Pose("speech: ah", both(jawOpen=0.55, mouthLowerDown_=0.3, browInnerUp=0.2)),
+    Pose("speech: oo", both(mouthPucker=0.7, mouthFunnel=0.3, jawOpen=0.1)),
+    Pose("speech: ee", both(mouthStretch_=0.5, mouthSmile_=0.3, jawOpen=0.15)),
+    Pose("speech: mm", both(mouthPress_=0.6, mouthRollLower=0.3)),
+    Pose("frown and sneer", both(browDown_=0.9, noseSneer_=0.6, mouthFrown_=0.4)),
 )
 EMBEDDED = (
     Pose("half a smile", {"smile": 0.5}),

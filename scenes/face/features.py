@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.face.sculpt import EYE
+from scenes.face.steps import smooth_step
 
 LID_HALF_WIDTH = 1.52
 # How far the eyeball lies behind the lid margins, and how far it bulges between them.
@@ -113,5 +114,4 @@ def cut_mouth(positions: NDArray[np.float64], rows: Rows) -> None:
 
 def _window(x: NDArray[np.float64], half_width: float, fade: float) -> NDArray[np.float64]:
     """One within ``half_width``, falling smoothly to zero over ``fade`` beyond it."""
-    t = np.clip((half_width + fade - np.abs(x)) / fade, 0, 1)
-    return t * t * (3 - 2 * t)
+    return smooth_step((half_width + fade - np.abs(x)) / fade)

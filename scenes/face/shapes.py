@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scenes.face.features import MOUTH_HALF_WIDTH, lip_line
 from scenes.face.head import Head
 from scenes.face.lids import gaze, lids
+from scenes.face.steps import smooth_step
 
 Field = NDArray[np.float64]
 JAW_JOINT = np.array([0.0, -1.2, -0.3])
@@ -133,8 +134,8 @@ def _central(head: Head, points: Field) -> dict[str, Field]:
 def jaw_weight(head: Head, points: Field) -> NDArray[np.float64]:
     """``(V,)`` how much of the jaw's motion a point follows: all of it below the lips, none above, shared beside."""
     _, y, z = points.T
-    neck = _smooth((y + 0.22 * np.maximum(z - 1, 0) + 13.0) / 3.8)
-    return _below(head, points, 0.9, 1.4) * neck * _smooth((z + 1.5) / 6.5) * _smooth((-1.6 - y) / 3.5)
+    neck = smooth_step((y + 0.22 * np.maximum(z - 1, 0) + 13.0) / 3.8)
+    return _below(head, points, 0.9, 1.4) * neck * smooth_step((z + 1.5) / 6.5) * smooth_step((-1.6 - y) / 3.5)
 
 
 def _turned(points: Field, angle: float) -> Field:
@@ -172,8 +173,8 @@ def _below(head: Head, points: Field, start: float, fade: float) -> NDArray[np.f
     over = np.where(pocket, 0.0, points[:, 1] - lip_line(np.minimum(x, MOUTH_HALF_WIDTH)))
     sharp = np.where(pocket, np.clip((middle + 1 - rows) / 2, 0, 1), over < 0)
     beyond = np.maximum(x - MOUTH_HALF_WIDTH, 0) + 0.3 * np.maximum(6.0 - points[:, 2], 0)
-    soft = _smooth(0.5 - over / (2 * fade + 1.2 * beyond))
-    return sharp + _smooth((x - start) / (MOUTH_HALF_WIDTH - start)) * (soft - sharp)
+    soft = smooth_step(0.5 - over / (2 * fade + 1.2 * beyond))
+    return sharp + smooth_step((x - start) / (MOUTH_HALF_WIDTH - start)) * (soft - sharp)
 
 
 def _in_pocket(head: Head) -> NDArray[np.bool_]:
@@ -186,9 +187,4 @@ def _in_pocket(head: Head) -> NDArray[np.bool_]:
 
 def _skin(points: Field) -> NDArray[np.float64]:
     """Muscles move the face, not the back of the head or the inside of the mouth."""
-    return _smooth((points[:, 2] - 0.5) / 3.0)
-
-
-def _smooth(t: NDArray[np.float64]) -> NDArray[np.float64]:
-    t = np.clip(t, 0, 1)
-    return t * t * (3 - 2 * t)
+    return smooth_step((points[:, 2] - 0.5) / 3.0)

@@ -32,7 +32,7 @@ def make_document(folder, packs=("refined",), expressions=("smile", "frown"), vi
             write_exr(folder / file, parts, {})
             measured = [numbers((1 + 0.1 * e + 0.01 * v) * (k + 1)) for k in range(len(packs))]
             renders.append({"expression": expression, "view": view, "light": "studio", "exr": file,
-                            "noise_floor": 0.71 + 0.01 * e, "packs": measured})  # fmt: skip
+                            "noise_floor": {"image_rmse": 0.71 + 0.01 * e}, "packs": measured})  # fmt: skip
     return {
         "format": "facezip-validation/3",
         "character": {"name": name, "expressions": list(expressions), "resolution": [64, 128], "vertices": 4321,
@@ -54,7 +54,8 @@ def _pack(k, name, expressions):
         "name": name, "method": "paper", "bytes_on_gpu": 4_260_000, "bytes_on_disk": 1_020_000,
         "bytes_raw": 16_520_000, "fetches": 6, "texture_rmse": 3.51 + k,
         "texture_rmse_per_expression": {e: 3.0 + k + i for i, e in enumerate(expressions)}, **means,
-        "noise_floor": 0.75, "worst": {metric: {"value": value, **where} for metric, value in means.items()},
+        "noise_floor": 0.75, "noise_floor_per_metric": {"image_rmse": 0.75, "flip": 0.0777},
+        "worst": {metric: {"value": value, **where} for metric, value in means.items()},
         "level": "visible", "verdict": f"Visible side by side: verdict of {k}.",
     }  # fmt: skip
 
@@ -72,6 +73,5 @@ def comparison(tmp_path):
          "bytes_on_gpu": 3_930_000, "fetches": 5},
         {"name": "unpermuted", "texture_rmse": 6.5, "texture_rmse_per_expression": {"smile": 6.25, "frown": 6.75}},
     ]  # fmt: skip
-    memory = [{"name": "ASTC 6x6", "bytes_on_gpu": 2_450_000, "bytes_on_disk": None, "fetches": 21}]
     document = make_document(tmp_path, packs=("refined", "paper", "tiny"))
-    return document | {"baselines": rivals, "memory": memory, "command": "facezip validate Ada a.facezip -o out"}
+    return document | {"baselines": rivals, "command": "facezip validate Ada a.facezip -o out"}

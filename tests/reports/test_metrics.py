@@ -2,7 +2,7 @@
 
 import pytest
 
-from reports.metrics import BY_KEY, METRICS, MISSING, floor_text, measured, noise_floors, number
+from reports.metrics import BY_KEY, METRICS, MISSING, floor_text, measured, number
 
 
 @pytest.mark.parametrize(
@@ -19,11 +19,10 @@ def test_only_psnr_is_infinite_without_a_value():
     assert BY_KEY["ssim"].of({}) == MISSING
 
 
-def test_a_single_noise_floor_is_that_of_the_image_rmse():
-    assert noise_floors({"noise_floor": 0.7}) == {"image_rmse": 0.7}
-    assert noise_floors({"noise_floor": 0.7, "noise_floor_per_metric": {"flip": 0.1}}) == {"flip": 0.1}
-    assert noise_floors({}) == {}
-    assert floor_text(BY_KEY["flip"], {"noise_floor": 0.7}) == ""
+def test_a_pack_states_its_floors_beside_that_of_the_image_rmse_and_a_render_all_in_one():
+    assert floor_text(BY_KEY["flip"], {"noise_floor": 0.7, "noise_floor_per_metric": {"flip": 0.1}}) == "0.1000"
+    assert floor_text(BY_KEY["flip"], {"noise_floor": {"flip": 0.2}}) == "0.2000"
+    assert floor_text(BY_KEY["flip"], {"noise_floor": {"image_rmse": 0.7}}) == ""
 
 
 def test_measured_keeps_the_order_of_reports():

@@ -7,7 +7,7 @@ from facezip import compress
 from facezip.documents.document import plain
 from facezip.fit.paper.stitching import stitching_cost
 from facezip.pack.errors import albedo_errors, mean_rmse
-from facezip.pack.footprint import Footprint
+from facezip.pack.footprint import Footprint, Texture
 from facezip.pack.read import read_pack
 from facezip.pack.write import write_pack
 from reports.paper import mask_counts, reproduction
@@ -50,8 +50,7 @@ def test_the_table_adds_the_steps_up_and_counts_the_bytes(trial):
 
 @pytest.mark.parametrize("side", TABLE_1)
 def test_the_papers_memory_follows_from_the_sizes(side):
-    small = (side // 8, side // 8)
-    cost = Footprint.of_one((side, side), 3, 4, EXPRESSIONS_IN_MEMORY, small)
+    cost = Footprint(((Texture(side, side, 3),),), ((side // 8, side // 8),), 4, EXPRESSIONS_IN_MEMORY)
     published = TABLE_1[side].megabytes
     assert cost.bytes_on_gpu / 1e6 == pytest.approx(published["paper"], abs=0.01)
     assert cost.bytes_raw / 1e6 == pytest.approx(published["raw"], abs=0.01)
