@@ -48,7 +48,7 @@ def find_jobs(sources: Sequence[Path]) -> list[Job]:
         places = [str(job.character) for job in jobs if folded(job.name) == folded(wrong)]
         raise FaceZipError(
             ErrorCode.BAD_VALUE,
-            f"{' and '.join(places)}: cannot be called '{wrong}'; name each in a list (docs/batch.md)",
+            f"{' and '.join(places)}: '{wrong}' is the name of two, or of no file; name each in a list (docs/batch.md)",
         )
     return jobs
 

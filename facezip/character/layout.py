@@ -98,7 +98,7 @@ def read_layout(folder: Path, settings: Settings, refuse: Refuse = raised, fewes
         ``BAD_CHARACTER`` for patterns that are none, two files for one texture, or no albedo.
     """
     if not folder.is_dir():
-        what = "is a file" if folder.exists() else "no such folder"
+        what = "is a file" if folder.exists() else "no such folder or glTF"
         raise FaceZipError(ErrorCode.MISSING_FILE, f"{folder}: {what}; give the folder with neutral.obj in it")
     if (folder / MANIFEST).is_file():
         reason = "is a pack; give the folder of scans that it was made of"

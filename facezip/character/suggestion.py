@@ -44,6 +44,8 @@ def _neutral(named: dict[str, Path]) -> str | None:
 def _neutral_lines(named: dict[str, Path], neutral: str | None) -> list[str]:
     if neutral is not None:
         return [] if folded(neutral) == NEUTRAL else [f"neutral = {_quoted(neutral)}"]
+    if not named:
+        return []
     few = ", ".join([*named][:SHOWN]) + (" …" if len(named) > SHOWN else "")
     return [f'neutral = ""   # fill in the mesh of the face at rest, one of: {few}']
 

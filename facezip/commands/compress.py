@@ -142,10 +142,10 @@ def _check_kept(request: Request) -> None:
 
 def _lines(document: CompressDocument) -> list[str]:
     blocks, plain = memory_words(document)
-    each = " each" * (len(document.maps) > 1)
+    each = "s" * (document.differences != 1) + " each" * (len(document.maps) > 1)
     return [
         f"{document.pack}: {len(document.expressions)} expressions{several(document)} in "
-        f"{document.differences} difference textures{each}, method {document.method}, "
+        f"{document.differences} difference texture{each}, method {document.method}, "
         f"{document.seconds:.1f} s",
         *(f"  cleaned    {line}" for line in cleaning_words(document.cleaning)),
         *(f"  {name:<10} {error_words(found)} ({document.region})" for name, found in document.errors.items()),

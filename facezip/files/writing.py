@@ -203,12 +203,12 @@ def check_target(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> N
 def _check(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> None:
     if not path.exists() or (path.is_dir() and not any(path.iterdir())):
         return
-    if not overwrite:
-        raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{path}: exists already; choose another name or add --overwrite")
     if not ours(path):
         raise FaceZipError(
             ErrorCode.CANNOT_WRITE, f"{path}: was not made by facezip and will not be replaced; choose another name"
         )
+    if not overwrite:
+        raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{path}: exists already; choose another name or add --overwrite")
 
 
 def _sync(*paths: Path) -> None:

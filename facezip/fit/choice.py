@@ -106,7 +106,8 @@ def choose(
         trial, model = search.cheapest(settings, target_rmse)
         reason = f"the least memory with an error of at most {target_rmse:g}"
     words = _words(trial.differences, trial.weight_scale)
-    return Choice(model, trial, tuple(search.tried), f"{words}: {reason}, of {len(search.tried)} fits")
+    of = f", of {len(search.tried)} fits" if len(search.tried) > 1 else ""
+    return Choice(model, trial, tuple(search.tried), f"{words}: {reason}{of}")
 
 
 class _Search:
