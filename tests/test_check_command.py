@@ -109,3 +109,13 @@ def test_what_is_there_is_not_replaced(folder, tmp_path):
         assert done.returncode == ExitCode.CANNOT_WRITE
         assert len(done.stderr.splitlines()) == 1
     assert [path.name for path in (tmp_path / "mine").iterdir()] == ["thesis.tex"]
+
+
+@pytest.mark.parametrize("overwrite", [(), ("--overwrite",)])
+def test_scans_are_refused_as_a_target_before_anything_is_read(folder, tmp_path, overwrite):
+    """Nothing tells scans that facezip wrote from those of a capture: none are replaced, and no remedy says so."""
+    before = sorted(path.name for path in (folder / "bad").iterdir())
+    done = run("check", tmp_path / "no scans at all", "--register", folder / "bad", *overwrite)
+    assert done.returncode == ExitCode.CANNOT_WRITE
+    assert done.stderr.endswith(f"{folder / 'bad'}: exists already; choose another name\n")
+    assert sorted(path.name for path in (folder / "bad").iterdir()) == before

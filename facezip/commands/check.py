@@ -127,11 +127,14 @@ def command(character: Path, output: Path | None, corrected: Path | None, overwr
     maps, DIR/alignment.png. The exit code is 7 if an expression is off by more than a texel of a 512 x 512 texture, if
     a feature slipped or is lost, or if nothing can be told; unless --register moves it back.
 
-    The displacement is found on the albedo. --register moves all maps by it.
+    The displacement is found on the albedo. --register moves all maps by it. It never replaces scans: FOLDER has to
+    be new.
     """
     begin = perf_counter()
     if output is not None:
         check_target(output, overwrite, _is_check)
+    if corrected is not None:
+        check_target(corrected, False, None)
     scans = load_character(character)
     found = alignments(scans)
     moved = None if corrected is None else _register(scans, found, corrected)
