@@ -3,6 +3,7 @@
 import base64
 import tracemalloc
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import OpenImageIO as oiio
@@ -160,7 +161,7 @@ def test_filling_keeps_what_is_inside_and_adds_no_new_colour():
 def test_each_texel_of_a_level_is_the_mean_over_its_part_of_the_one_above(height, width):
     values = np.random.default_rng(height).random((height, width, 1), np.float32)
     levels = [level[..., 0] for level in Pyramid(Fill(np.ones((height, width), bool))).levels(values)]
-    for above, below in zip(levels, levels[1:], strict=False):
+    for above, below in pairwise(levels):
         expected = shrunk(shrunk(above, len(below)).T, below.shape[1]).T
         np.testing.assert_allclose(below, expected, atol=1e-5)
 
