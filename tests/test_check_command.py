@@ -14,6 +14,7 @@ from scenes.character import make_character
 from scenes.face.capture import MAPS
 from scenes.tiles import in_tiles
 from tests.facezip.character.test_alignment import LEFT, MOVED, moved, off
+from tests.facezip.conftest import with_albedo
 from tests.test_cli import run
 
 
@@ -99,6 +100,15 @@ def test_compress_warns_of_several_maps_and_tiles_too(tiled, tmp_path):
     assert done.returncode == ExitCode.DONE, done.stderr
     assert list(json.loads(done.stdout)["misregistered"]) == [MOVED]
     assert MOVED in done.stderr
+
+
+def test_what_is_turned_is_listed_before_what_is_registered(folder, tmp_path):
+    good = load_character(folder / "good")
+    textures = good.first.textures.copy()
+    textures[-1] = textures[-1][::-1]
+    save_character(with_albedo(good, textures=textures), tmp_path / "turned")
+    _, worst, *_ = run("check", tmp_path / "turned").stdout.splitlines()
+    assert re.fullmatch(rf"  {good.expressions[-1]} .*  <-- misregistered: upside down", worst)
 
 
 def test_what_is_there_is_not_replaced(folder, tmp_path):
