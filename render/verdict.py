@@ -43,7 +43,7 @@ def verdict(k: int, renders: Sequence[Render], thresholds: Thresholds) -> tuple[
 
 
 def deciding(numbers: PackRender) -> tuple[float, ...]:
-    """The metrics of a render that a level is made of, in the order of :data:`DECIDING`."""
+    """The metrics of a render that a level is made of, in the order of :data:`render.limits.DECIDING`."""
     return numbers.delta_e_p95, numbers.delta_e_local, numbers.flip
 
 
