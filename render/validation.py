@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 from time import perf_counter
+from typing import Self
 
 import numpy as np
 
@@ -64,6 +65,8 @@ class Filled:
 class Filler:
     """One worker's part of a validation: it renders and measures into the store that :func:`validate` reads.
 
+    A context manager: its threads end with it.
+
     Parameters
     ----------
     character, candidates, folder, settings, earlier : as of :func:`validate`.
@@ -77,9 +80,15 @@ class Filler:
         settings: Settings,
         earlier: Path | None = None,
     ) -> None:
-        pool, store = ThreadPoolExecutor(cores()), ShotStore(folder, earlier)
+        self._pool, store = ThreadPoolExecutor(cores()), ShotStore(folder, earlier)
         conditions = _conditions(character, settings, start())
-        self._run = _Run(character, candidates, settings, store, conditions, pool)
+        self._run = _Run(character, candidates, settings, store, conditions, self._pool)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._pool.shutdown()
 
     def fill(self, name: str) -> Filled:
         """Every shot of an expression that is missing; with those of the neutral, the noise floors."""

@@ -141,11 +141,7 @@ def _table(document: AnimationDocument) -> Table:
 
 
 def _contact_sheet(document: AnimationDocument, reel: Reel) -> Section:
-    count = len(document.frames)
-    # The lowest and the highest of every stretch would tell less: even steps, and the worst in the place of its next.
-    chosen = [round(i * count / COLUMNS) for i in range(min(COLUMNS, count))]
-    nearest = min(range(len(chosen)), key=lambda i: abs(chosen[i] - document.worst))
-    chosen[nearest] = document.worst
+    chosen = _chosen(len(document.frames), document.worst)
     names = [f"{n} {document.frames[n].pose}" + (" (worst)" if n == document.worst else "") for n in chosen]
     strip = Strip("; ".join(names), sheet(reel, chosen), "frames from left to right")
     intro = (
@@ -153,3 +149,13 @@ def _contact_sheet(document: AnimationDocument, reel: Reel) -> Section:
         f"for none, lightest at {reel.scale.limit:g} of 255 and above ({reel.scale.factor:g} times amplified)."
     )
     return Section("contact-sheet", "Contact sheet", "Contact sheet", intro, strips=(strip,))
+
+
+def _chosen(count: int, worst: int) -> list[int]:
+    """The frames of the contact sheet, of so many, in their order; all where there are few."""
+    columns = min(COLUMNS, count)
+    # The lowest and the highest of every stretch would tell less: even steps, and the worst in the place of its next.
+    chosen = [round(i * count / columns) for i in range(columns)]
+    nearest = min(range(columns), key=lambda i: abs(chosen[i] - worst))
+    chosen[nearest] = worst
+    return chosen

@@ -147,7 +147,7 @@ def make_character(
     FaceZipError
         ``BAD_VALUE`` for a size or number outside its range, or a map that the character does not have.
     """
-    _check(resolution, expressions, maps)
+    _check(resolution, expressions, maps, tiles)
     person, named = Person.make(resolution, seed), expression_weights(expressions, seed)
     names = (ALBEDO, *(name for name in MAPS if name in maps))
     scans = _scans(person, named, nuisances, names)
@@ -164,7 +164,7 @@ def make_character(
     return in_tiles(whole, *tiles)
 
 
-def _check(resolution: int, expressions: int, maps: tuple[str, ...]) -> None:
+def _check(resolution: int, expressions: int, maps: tuple[str, ...], tiles: tuple[int, int]) -> None:
     if not (64 <= resolution <= 8192 and expressions >= 2):
         reason = f"{resolution} texels and {expressions} expressions; make 64 to 8192 texels and at least 2"
         raise FaceZipError(ErrorCode.BAD_VALUE, f"the embedded character cannot have {reason}")
@@ -172,6 +172,12 @@ def _check(resolution: int, expressions: int, maps: tuple[str, ...]) -> None:
         if name not in MAPS:
             reason = f"has no map '{name}'; it has {', '.join((ALBEDO, *MAPS))}"
             raise FaceZipError(ErrorCode.BAD_VALUE, f"the embedded character {reason}")
+    columns, rows = tiles
+    if not (1 <= columns <= 10 and rows >= 1 and resolution % columns == 0 and resolution % rows == 0):
+        reason = (
+            f"{columns} columns and {rows} rows of tiles; make 1 to 10 columns, and both divide {resolution} texels"
+        )
+        raise FaceZipError(ErrorCode.BAD_VALUE, f"the embedded character cannot have {reason}")
 
 
 def _scans(

@@ -14,6 +14,7 @@ from scenes.character import make_character
 from scenes.face.capture import MAPS
 from scenes.tiles import in_tiles
 from tests.facezip.character.test_alignment import LEFT, MOVED, moved, off
+from tests.facezip.conftest import with_albedo
 from tests.test_cli import run
 
 
@@ -101,6 +102,15 @@ def test_compress_warns_of_several_maps_and_tiles_too(tiled, tmp_path):
     assert MOVED in done.stderr
 
 
+def test_what_is_turned_is_listed_before_what_is_registered(folder, tmp_path):
+    good = load_character(folder / "good")
+    textures = good.first.textures.copy()
+    textures[-1] = textures[-1][::-1]
+    save_character(with_albedo(good, textures=textures), tmp_path / "turned")
+    _, worst, *_ = run("check", tmp_path / "turned").stdout.splitlines()
+    assert re.fullmatch(rf"  {good.expressions[-1]} .*  <-- misregistered: upside down", worst)
+
+
 def test_what_is_there_is_not_replaced(folder, tmp_path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.tex").touch()
@@ -109,3 +119,13 @@ def test_what_is_there_is_not_replaced(folder, tmp_path):
         assert done.returncode == ExitCode.CANNOT_WRITE
         assert len(done.stderr.splitlines()) == 1
     assert [path.name for path in (tmp_path / "mine").iterdir()] == ["thesis.tex"]
+
+
+@pytest.mark.parametrize("overwrite", [(), ("--overwrite",)])
+def test_scans_are_refused_as_a_target_before_anything_is_read(folder, tmp_path, overwrite):
+    """Nothing tells scans that facezip wrote from those of a capture: none are replaced, and no remedy says so."""
+    before = sorted(path.name for path in (folder / "bad").iterdir())
+    done = run("check", tmp_path / "no scans at all", "--register", folder / "bad", *overwrite)
+    assert done.returncode == ExitCode.CANNOT_WRITE
+    assert done.stderr.endswith(f"{folder / 'bad'}: exists already; choose another name\n")
+    assert sorted(path.name for path in (folder / "bad").iterdir()) == before

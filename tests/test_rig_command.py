@@ -108,7 +108,7 @@ def test_a_limit_is_of_methods_that_keep_it(folders):
     call = ["rig", folders / "scans", "--template", folders / "template", "-o", folders / "x", "--method", "paper"]
     result = CliRunner().invoke(facezip, [*map(str, call), "--memory", "1G"])
     assert result.exit_code == ExitCode.USAGE
-    assert "--memory needs" in result.output
+    assert "--memory needs --method refined or masks" in result.output
     assert not (folders / "x").exists()
 
 

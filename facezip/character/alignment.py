@@ -142,8 +142,15 @@ def alignments(character: Character, names: Sequence[str] | None = None) -> Alig
 
 def worst_tile(tiles: Mapping[int, Alignment]) -> int:
     """The tile that is off the most, as far as its size goes; what is misregistered counts before what is unknown."""
-    states = ("registered", "unknown", "misregistered")
-    return max(tiles, key=lambda tile: (states.index(_told(tiles, tile)), tiles[tile].rms / tiles[tile].unit))
+    return max(tiles, key=lambda tile: severity(_told(tiles, tile), tiles[tile].rms / tiles[tile].unit))
+
+
+def severity(state: str, rms: float) -> tuple[int, float]:
+    """What is worse sorts higher: by :attr:`Alignment.state` first, then by ``rms`` in any unit that is one for all.
+
+    What slipped, is lost or turned has hardly any ``rms``.
+    """
+    return ("registered", "unknown", "misregistered").index(state), rms
 
 
 def _told(tiles: Mapping[int, Alignment], tile: int) -> str:

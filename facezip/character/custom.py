@@ -75,7 +75,7 @@ def files_by_custom(
     Parameters
     ----------
     folder : which.
-    meshes, owners : its meshes, of :func:`meshes_in`.
+    meshes, owners : its meshes, of :func:`facezip.character.mesh_names.meshes_in`.
     materials : as of :func:`facezip.files.mtl.images_by_material`.
     refuse : takes the errors of single images.
 

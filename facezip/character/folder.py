@@ -64,7 +64,7 @@ def load_folder(
 def save_folder(character: Character, folder: Path) -> None:
     """Write a folder; errors as of :func:`facezip.save_character`."""
     names, tiles = (NEUTRAL, *character.expressions), character.tiles
-    with whole_folder(folder, False, lambda _: False) as made, task("Writing the character", len(names)) as done:
+    with whole_folder(folder, False, None) as made, task("Writing the character", len(names)) as done:
         for name in names:
             write_obj(made / f"{name}.obj", character.mesh_vertices(name), character.meshes.topology)
             for kind in character.maps:

@@ -8,6 +8,7 @@ import click
 
 from facezip.character.loading import load_character
 from facezip.commands import options
+from facezip.commands.words import call
 from facezip.files.writing import check_target, whole_folder
 from facezip.pack.read import read_pack
 from facezip.rigging.originals import originals_of
@@ -58,8 +59,8 @@ def command(
 
 def _call(character: Path, pack: Path, frames: int, look: dict[str, int]) -> str:
     """The command that makes the same report again."""
-    settings = " ".join(f"--{name} {value}" for name, value in look.items())
-    return f"facezip animate {character.name} {pack.name} -o DIR --frames {frames} {settings}"
+    settings = (word for name, value in look.items() for word in (f"--{name}", value))
+    return call("animate", character.name, pack.name, "-o", "DIR", "--frames", frames, *settings)
 
 
 def _lines(answer: "AnimationDocument") -> list[str]:

@@ -14,6 +14,7 @@ from facezip.character.alignment import (
     Alignments,
     alignments,
     misregistered,
+    severity,
     undecided,
     worst_of,
     worst_tile,
@@ -127,11 +128,14 @@ def command(character: Path, output: Path | None, corrected: Path | None, overwr
     maps, DIR/alignment.png. The exit code is 7 if an expression is off by more than a texel of a 512 x 512 texture, if
     a feature slipped or is lost, or if nothing can be told; unless --register moves it back.
 
-    The displacement is found on the albedo. --register moves all maps by it.
+    The displacement is found on the albedo. --register moves all maps by it. It never replaces scans: FOLDER has to
+    be new.
     """
     begin = perf_counter()
     if output is not None:
         check_target(output, overwrite, _is_check)
+    if corrected is not None:
+        check_target(corrected, False, None)
     scans = load_character(character)
     found = alignments(scans)
     moved = None if corrected is None else _register(scans, found, corrected)
@@ -208,7 +212,8 @@ def _lines(document: CheckDocument) -> list[str]:
     width, several = max(map(len, found)), len(document.character.tiles) > 1
     heading = "at u, v on tile" if several else "at u, v"
     lines = [f"{'texels off the neutral':{max(width + 2, 22)}}     rms   worst   {heading}"]
-    for name, one in sorted(found.items(), key=lambda pair: -pair[1].rms / pair[1].threshold):
+    worst_first = sorted(found.items(), key=lambda pair: _severity(pair[1]), reverse=True)
+    for name, one in worst_first:
         after = document.register.rms.get(name) if document.register else None
         moved = "" if after is None else f"  registered: {after:.2f}"
         # Where the whole is off, features are too.
@@ -226,6 +231,10 @@ def _lines(document: CheckDocument) -> list[str]:
     lines.append(f"{document.character.name}: {said or 'all registered'}, {document.seconds:.1f} s")
     lines += _register_lines(document.register) if document.register else []
     return [*lines, *([f"  open {document.picture}"] if document.picture else [])]
+
+
+def _severity(one: AlignmentFacts) -> tuple[int, float]:
+    return severity(one.state, one.rms / one.threshold)
 
 
 def _register_lines(register: RegisterFacts) -> list[str]:

@@ -8,6 +8,7 @@ import click
 
 from facezip.character.loading import load_character
 from facezip.commands import options
+from facezip.commands.words import call
 from facezip.files.images import write_values
 from facezip.files.writing import whole_folder
 from facezip.fit.importance import importance_files
@@ -92,11 +93,9 @@ def command(
         sight = Sight(made_for, resolution, spp, seed, material)
         fit = FitSettings(differences=differences, weight_scale=weight_scale)
         document, importance = measure_importance(scans, sight, held_out, fit, floor)
-        command = (
-            f"facezip importance {character} -o {output} --views {views} --lights {lights} --material {material} "
-            f"--resolution {resolution} --spp {spp} --floor {floor:g} --differences {differences} "
-            f"--weight-scale {weight_scale} --seed {seed}"
-        )
+        looks = f"--views {views} --lights {lights} --material {material} --resolution {resolution} --spp {spp} "
+        looks += f"--floor {floor:g} --differences {differences} --weight-scale {weight_scale} --seed {seed}"
+        command = call("importance", character, "-o", output, *looks.split())
         names = importance_files(scans)
         for key, values in importance.items():
             write_values(folder / names[key], values)

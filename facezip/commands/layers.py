@@ -1,12 +1,12 @@
 """``facezip layers``: a page of what every layer, mask and activation of a pack does."""
 
-import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from facezip.commands import options
+from facezip.commands.words import call
 from facezip.files.reading import undisturbed
 from facezip.files.writing import whole_folder
 from facezip.pack.facts import pack_facts
@@ -31,9 +31,9 @@ def command(pack: Path, output: Path, overwrite: bool, as_json: bool) -> None:
     from reports.layers.report import DATA, describe_and_write
 
     model, facts = undisturbed(pack, lambda: (read_pack(pack), pack_facts(pack, read_manifest(pack))))
-    call = f"facezip layers {shlex.quote(str(pack))} -o {shlex.quote(str(output))}"
+    command = call("layers", pack, "-o", output)
     with whole_folder(output, overwrite, lambda folder: (folder / DATA).is_file()) as folder:
-        document = describe_and_write(model, facts, call, folder)
+        document = describe_and_write(model, facts, command, folder)
     options.answer(document, as_json, lambda: _lines(document, output))
 
 

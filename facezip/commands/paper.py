@@ -12,6 +12,7 @@ from facezip.character.loading import load_character
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
 from facezip.commands import options
+from facezip.commands.words import call
 from facezip.files.writing import whole_folder
 
 if TYPE_CHECKING:
@@ -136,12 +137,15 @@ def _call(
     settings: "Settings",
 ) -> str:
     """The command that makes the same report again."""
-    words = ["facezip paper", f"--expressions {expressions}" if character is None else str(character), f"-o {output}"]
-    words += [f"--template {template}"] if template else []
-    words += [f"--resolution {width}" for width in widths]
-    words += [f"--mask-count {count}" for count in settings.mask_counts]
-    words += [f"--{name} {getattr(settings, name)}" for name in ("masks", "restarts", "starts", "seed")]
-    return " ".join(words)
+    words: list[object] = ["--expressions", expressions] if character is None else [character]
+    words += ["-o", output, *(["--template", template] if template else [])]
+    for width in widths:
+        words += ["--resolution", width]
+    for count in settings.mask_counts:
+        words += ["--mask-count", count]
+    for name in ("masks", "restarts", "starts", "seed"):
+        words += [f"--{name}", getattr(settings, name)]
+    return call("paper", *words)
 
 
 def _lines(answer: "PaperDocument") -> list[str]:

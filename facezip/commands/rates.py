@@ -9,6 +9,7 @@ import click
 from facezip.blocks.codecs import EFFORTS
 from facezip.character.loading import load_character
 from facezip.commands import options
+from facezip.commands.words import call
 from facezip.documents.document import plain
 from facezip.files.writing import whole_folder
 from facezip.pack.facts import several
@@ -69,8 +70,8 @@ def command(
     with whole_folder(output, overwrite, lambda folder: (folder / REPORT_FILE).is_file()) as folder:
         scans = load_character(character) if character else make_character(resolution, expressions, seed)
         document = measure_rates(scans, blends_to, effort, seed)
-        made = str(character) if character else f"--resolution {resolution} --expressions {expressions}"
-        command = f"facezip rates {made} -o {output} --blends-to {blends_to} --effort {effort} --seed {seed}"
+        made = [character] if character else ["--resolution", resolution, "--expressions", expressions]
+        command = call("rates", *made, "-o", output, "--blends-to", blends_to, "--effort", effort, "--seed", seed)
         document = replace(document, command=command)
         write_rates_report(document, folder)
     answer = replace(document, output=str(output), report=str(output / "index.html"))

@@ -53,7 +53,7 @@ def command(
 
     request = RigRequest(**given)
     if memory is not None and request.method not in STREAMED:
-        raise click.UsageError("--memory needs --method refined: the paper's holds all textures")
+        raise click.UsageError("--memory needs --method refined or masks: the paper's holds all textures")
     with limited(memory, beside(output)):
         answer = replace(rig_into(character, template, output, request, overwrite, write_evidence), output=str(output))
     options.answer(answer, as_json, lambda: _lines(answer))

@@ -143,8 +143,8 @@ class Share:
 
 # A worker keeps what it has loaded and compiled from one expression to the next; its threads take turns.
 _rendering = Lock()
-# The limit of memory that it has for as long.
-_limit = ExitStack()
+# The limit of memory and the threads that it has for as long.
+_held = ExitStack()
 
 
 def fill(share: Share, name: str) -> "Filled":
@@ -157,10 +157,10 @@ def fill(share: Share, name: str) -> "Filled":
 def _filler(share: Share) -> "Filler":
     from render.validation import Filler
 
-    _limit.close()
-    _limit.enter_context(limited(share.memory, beside(share.folder)))
+    _held.close()
+    _held.enter_context(limited(share.memory, beside(share.folder)))
     scans, candidates = _loaded(share.character, share.packs, share.settings)
-    return Filler(scans, candidates, share.folder, share.settings, share.earlier)
+    return _held.enter_context(Filler(scans, candidates, share.folder, share.settings, share.earlier))
 
 
 def _filled(share: Share, names: Sequence[str], workers: int | None, scheduler: str | None) -> "list[Filled]":

@@ -1,5 +1,6 @@
 """Words and numbers that several verbs say to people."""
 
+import shlex
 from typing import TYPE_CHECKING
 
 # ``info`` starts without what measures and cleans.
@@ -65,3 +66,8 @@ def cleaning_words(cleaning: "CleaningFacts | None") -> list[str]:
         done = f"made of {found.scans:.1f} scans' worth, {found.removed:.2f} of 255 changed"
         lines.append(f"neutral {name}: {noise}, {done if found.scans else 'left as it is'}")
     return lines
+
+
+def call(*words: object) -> str:
+    """The call of ``facezip`` with these words as a shell takes it, whatever their letters are."""
+    return shlex.join(["facezip", *map(str, words)])

@@ -133,6 +133,9 @@ def _means(above: int, below: int) -> csr_array:
     """``(below, above)``: each of fewer texels as the mean over its own part of the row."""
     edges = np.linspace(0, above, below + 1)
     low, high = edges[:-1, None], edges[1:, None]
-    texel = np.arange(above)
+    # The few that a part can touch: all, for every part, would be an array as large as the texture.
+    texel = np.floor(low) + np.arange(-(-above // below) + 1)
     overlap = np.clip(np.minimum(high, texel + 1) - np.maximum(low, texel), 0, None)
-    return csr_array((overlap / (above / below)).astype(np.float32))
+    shares = (overlap / (above / below)).astype(np.float32)
+    touched = shares.nonzero()
+    return csr_array((shares[touched], (touched[0], texel[touched].astype(np.intp))), shape=(below, above))

@@ -35,7 +35,7 @@ def shader(tile: Tile, dialect: Dialect) -> str:
 
 
 def identifier(name: str) -> str:
-    """A name that every language takes for one: letters of the alphabet, digits and underscores."""
+    """The end of a name as every language takes it, after a letter: letters of the alphabet, digits, underscores."""
     return re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_") or "face"
 
 

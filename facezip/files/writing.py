@@ -18,14 +18,15 @@ from facezip.files.renaming import Locked, put_in_place, recover, siblings
 
 
 @contextmanager
-def whole_folder(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> Iterator[Path]:
+def whole_folder(path: Path, overwrite: bool, ours: Callable[[Path], bool] | None) -> Iterator[Path]:
     """Yield an empty sibling folder that becomes ``path`` when the block ends well, and vanishes when it does not.
 
     Parameters
     ----------
     path : the folder to make.
     overwrite : whether an existing ``path`` may be replaced.
-    ours : tells whether what exists was made by this program, a folder or not; nothing else is ever replaced.
+    ours : tells whether what exists was made by this program, a folder or not; nothing else is ever replaced. None for
+        what is never replaced, such as scans, which nothing tells from those of a capture.
 
     Raises
     ------
@@ -182,7 +183,7 @@ def _remove_at_once(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-def check_target(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> None:
+def check_target(path: Path, overwrite: bool, ours: Callable[[Path], bool] | None) -> None:
     """Refuse a file or folder that may not be written, before there is anything to put there.
 
     Parameters
@@ -200,9 +201,11 @@ def check_target(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> N
         undisturbed(path, lambda: _check(path, overwrite, ours))
 
 
-def _check(path: Path, overwrite: bool, ours: Callable[[Path], bool]) -> None:
+def _check(path: Path, overwrite: bool, ours: Callable[[Path], bool] | None) -> None:
     if not path.exists() or (path.is_dir() and not any(path.iterdir())):
         return
+    if ours is None:
+        raise FaceZipError(ErrorCode.CANNOT_WRITE, f"{path}: exists already; choose another name")
     if not ours(path):
         raise FaceZipError(
             ErrorCode.CANNOT_WRITE, f"{path}: was not made by facezip and will not be replaced; choose another name"

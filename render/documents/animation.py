@@ -13,7 +13,7 @@ from render.documents.images import ImageMetrics
 
 @dataclass(frozen=True, kw_only=True)
 class FrameErrors(ImageMetrics):
-    """Errors of a frame, or their means over frames.
+    """Errors of a frame.
 
     Attributes
     ----------

@@ -7,12 +7,17 @@ from types import ModuleType
 
 
 class BeforeDrJit(MetaPathFinder):
-    """Finds nothing itself; where Dr.Jit is about to be found, names it an LLVM that does not abort."""
+    """Finds nothing itself; where Dr.Jit is about to be found, names it an LLVM that does not abort.
+
+    It stays among the finders: Python is going through them when it is called, and would skip the next.
+    """
+
+    done = False
 
     def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> None:
         """Called for every import that is the first of its module."""
-        if name == "drjit":
-            sys.meta_path.remove(self)
+        if name == "drjit" and not self.done:
+            self.done = True
             from render.llvm import prefer_usable
 
             prefer_usable()

@@ -112,6 +112,9 @@ def _mean(found: Sequence[Any]) -> Any:
     """Documents of one form as one: the means of their numbers."""
     if isinstance(found[0], Mapping):
         return {name: _mean([one[name] for one in found]) for name in found[0]}
+    # A condition that is infinite is None in a document.
+    if None in found:
+        return None
     return sum(found) / len(found)
 
 
@@ -120,6 +123,8 @@ def _intervals(found: Sequence[Any]) -> Any:
     if isinstance(found[0], Mapping):
         kept = [name for name in found[0] if name != "rmse_per_shape"]
         return {name: _intervals([one[name] for one in found]) for name in kept}
+    if None in found:
+        return None
     return float(student.ppf(0.975, len(found) - 1) * np.std(found, ddof=1) / np.sqrt(len(found)))
 
 

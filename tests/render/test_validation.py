@@ -1,4 +1,5 @@
 import json
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +19,7 @@ from render.settings import Settings
 from render.skins import SkinMaps
 from render.staging import staged_original
 from render.store import RENDERS
-from render.validation import Candidate
+from render.validation import Candidate, Filler
 from scenes.cameras import VIEWS
 
 FACTS = TextureFacts(bytes_on_gpu=1, bytes_on_disk=None, bytes_raw=1, fetches=None, bytes_bc7=1, bytes_raw_bc7=1)
@@ -236,3 +237,12 @@ def test_more_lights_keep_the_renders_of_the_others_and_fewer_leave_nothing_behi
     names = {"neutral.front.side", "smile.front.side", "frown.front.side"}
     expected = {f"{name}{suffix}" for name in names for suffix in (".exr", ".json")} | {"front.side.floor.json"}
     assert {*files_of(tmp_path)} == expected
+
+
+def test_a_worker_s_threads_end_with_it(character, tmp_path):
+    before = {*threading.enumerate()}
+    with Filler(character, [same(character)], tmp_path, SMALL) as filler:
+        assert filler.fill(character.expressions[0]).rendered
+        ours = {thread for thread in {*threading.enumerate()} - before if thread.name.startswith("ThreadPool")}
+    assert ours
+    assert not any(thread.is_alive() for thread in ours)

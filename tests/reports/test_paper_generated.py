@@ -97,3 +97,10 @@ def test_several_persons_are_one_document_of_means_with_student_s_intervals():
     assert _mean(found) == {"ours": 2.0, "clean": {"ours": 1.0, "rmse_per_shape": {"a": 2.0}}}
     # t for two degrees of freedom is 4.3027, the standard error 1 / √3.
     assert _intervals(found) == {"ours": pytest.approx(4.3027 / 3**0.5, rel=1e-4), "clean": {"ours": 0.0}}
+
+
+def test_the_mean_of_an_infinite_condition_is_infinite():
+    """Which a document says as null."""
+    found = [{"ours": 1.0, "condition": None}, {"ours": 3.0, "condition": 2.0}]
+    assert _mean(found) == {"ours": 2.0, "condition": None}
+    assert _intervals(found)["condition"] is None

@@ -3,6 +3,7 @@ import pytest
 
 from facezip import FaceZipError
 from facezip.character.loading import load_character, save_character
+from facezip.errors import ErrorCode
 from scenes.character import Person, make_character
 from scenes.face.expressions import EXPRESSIONS, expression_weights
 from scenes.face.shapes import ARKIT_SHAPES
@@ -56,3 +57,11 @@ def test_the_mask_holds_the_face_and_what_expressions_change():
 def test_sizes_out_of_range_are_refused(resolution, expressions):
     with pytest.raises(FaceZipError, match="embedded character"):
         make_character(resolution, expressions)
+
+
+@pytest.mark.parametrize("tiles", [(3, 1), (1, 3), (11, 1), (16, 1), (0, 1), (1, 0), (-2, 1)])
+def test_tiles_are_equal_parts_with_numbers_of_their_own(tiles):
+    """A tile's number has one digit for its column."""
+    with pytest.raises(FaceZipError, match="columns and") as refusal:
+        make_character(64, 2, tiles=tiles)
+    assert refusal.value.code is ErrorCode.BAD_VALUE

@@ -1,6 +1,5 @@
 """``facezip bench scaling``: how the main job's time grows with the size of the textures."""
 
-import shlex
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -11,6 +10,7 @@ import click
 from facezip.character.loading import save_character
 from facezip.commands import options
 from facezip.commands.bench.compress import LIBRARIES, TINY
+from facezip.commands.words import call
 from facezip.files.writing import whole_folder
 from facezip.fit.refine import alternations
 from facezip.fit.timing import bench_compress
@@ -74,7 +74,7 @@ def command(
                 method="facezip compress with its defaults",
                 statistic=f"the run of median ratio of {repeats} at each size",
             ),
-            command=f"facezip bench scaling -o {shlex.quote(str(output))} "
+            command=f"{call('bench', 'scaling', '-o', output)} "
             + " ".join(f"--resolution {side}" for side in sides)
             + f" --expressions {expressions} --seed {seed} --repeats {repeats}"
             + ("" if memory is None else f" --memory {memory / 1e6:.0f}M"),

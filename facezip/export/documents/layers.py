@@ -100,11 +100,11 @@ class LayersExport(Document):
 
     Attributes
     ----------
-    target, name, tile : as of :class:`TileExport`.
+    target, name, tile : as of :class:`facezip.export.documents.tiles.TileExport`.
     textures, maps : by name.
     curves : by name, of MetaHuman.
     notes : what the engine leaves out, for people.
-    files, sha256, output, bytes : as of :class:`ExportDocument`.
+    files, sha256, output, bytes : as of :class:`facezip.export.documents.tiles.ExportDocument`.
     """
 
     format: Literal["facezip-export/1"] = "facezip-export/1"

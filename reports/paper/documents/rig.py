@@ -82,7 +82,7 @@ class RigIntervals(MethodErrors):
     shapes: float
     clean: MethodErrors
     geometry: GeometryErrors
-    condition: float
+    condition: float | None
     seconds: Mapping[str, float]
 
 

@@ -1,11 +1,15 @@
 """Block-compressed exports: other people's decoders read them, nothing outside the chart counts, the fit pays."""
 
 import base64
+import tracemalloc
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.ndimage import distance_transform_edt
 
 from facezip.blocks.codecs import bc4, bc5, bc7, raw
@@ -151,6 +155,33 @@ def test_filling_keeps_what_is_inside_and_adds_no_new_colour():
     filled = Fill(covered)(texels)
     np.testing.assert_array_equal(filled[covered], texels[covered])
     assert {*map(tuple, filled.reshape(-1, 3))} <= {*map(tuple, texels[covered])}
+
+
+@given(st.integers(1, 300), st.integers(1, 4))
+def test_each_texel_of_a_level_is_the_mean_over_its_part_of_the_one_above(height, width):
+    values = np.random.default_rng(height).random((height, width, 1), np.float32)
+    levels = [level[..., 0] for level in Pyramid(Fill(np.ones((height, width), bool))).levels(values)]
+    for above, below in pairwise(levels):
+        expected = shrunk(shrunk(above, len(below)).T, below.shape[1]).T
+        np.testing.assert_allclose(below, expected, atol=1e-5)
+
+
+def shrunk(values, rows):
+    """Means over equal parts of the columns, as differences of their integrals."""
+    integrals = np.vstack([np.zeros(values.shape[1]), np.cumsum(values, axis=0, dtype=np.float64)])
+    edges, ends = np.linspace(0, len(values), rows + 1), np.arange(len(values) + 1)
+    sums = [np.interp(edges, ends, integral) for integral in integrals.T]
+    return np.diff(sums).T * rows / len(values)
+
+
+def test_means_of_long_rows_take_no_memory_of_a_texture():
+    """Every texel above by every texel below would be 134 MB."""
+    fill = Fill(np.ones((8192, 1), bool))
+    tracemalloc.start()
+    Pyramid(fill)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 5e6
 
 
 def test_means_are_those_of_light_and_keep_the_whole():
