@@ -166,7 +166,7 @@ def _on_tile(agreement: Agreement, raster: Raster, poses: Poses, weights: NDArra
 
 
 def _keep_zero(weights: NDArray[np.float32]) -> None:
-    """Widen the range of a slot's maps to whole steps of 8 bits below zero, so that a pack stores no change as no change."""
+    """Widen the range of a slot's maps to whole steps of 8 bits on both sides of zero, which a pack then stores."""
     low, high = float(weights.min()), float(weights.max())
     if low < 0 < high:
         # At least one step is left above, where the largest weight is widened if it has less.
