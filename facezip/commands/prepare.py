@@ -11,6 +11,7 @@ import numpy as np
 
 from facezip.character.loading import save_character
 from facezip.character.scans import Character
+from facezip.files.images import as_texels, to_float
 from facezip.fit.pipeline import Request, compress_into
 
 # As few texels and expressions as compile the same kernels as any number.
@@ -26,9 +27,9 @@ def main() -> None:
     from scenes.face.capture import MAPS
 
     print("Preparing kernels (once)", flush=True)
-    of_words = make_character(TEXELS, EXPRESSIONS, maps=MAPS[:2])
+    made = make_character(TEXELS, EXPRESSIONS, maps=MAPS[:2])
     with TemporaryDirectory(prefix="facezip-") as place:
-        for name, character in (("words", of_words), ("bytes", of_bytes(of_words))):
+        for name, character in (("words", of_type(made, np.uint16)), ("bytes", of_type(made, np.uint8))):
             work = Path(place) / name
             save_character(character, work / "character")
             compress_into(work / "character", work / "tiny.facezip", Request())
@@ -41,13 +42,13 @@ def main() -> None:
             )
 
 
-def of_bytes(character: Character) -> Character:
-    """The same textures, of 8 bits."""
+def of_type(character: Character, dtype: type[np.uint8] | type[np.uint16]) -> Character:
+    """The same textures, all of 8 bits or all of 16."""
     stacks = {
         key: replace(
             stack,
-            neutral=(stack.neutral // np.uint16(257)).astype(np.uint8),
-            textures=(stack.textures // np.uint16(257)).astype(np.uint8),
+            neutral=as_texels(to_float(stack.neutral), np.dtype(dtype)),
+            textures=as_texels(to_float(stack.textures), np.dtype(dtype)),
         )
         for key, stack in character.stacks.items()
     }
