@@ -50,11 +50,11 @@ def full_fit_errors(
         reason = "no fit makes weight maps of their size; give --quick, which leaves the fit of all beside it out"
         raise FaceZipError(ErrorCode.BAD_VALUE, f"{pack}: {reason}")
     else:
-        method, given = ("masks", _given(masked)) if masked else ("refined", None)
+        method, (given, layers) = ("masks", _given(masked)) if masked else ("refined", (None, cost.differences))
         fitted = compress(
             together,
             method,
-            differences=cost.differences,
+            differences=layers,
             weight_scale=cost.weight_scale,
             nonnegative=nonnegative,
             given_masks=given,
@@ -81,15 +81,18 @@ def _together(model: CompressedTextures, scans: Character, new: Character) -> Ch
     return Character(new.name, names, meshes, new.maps, stacks)
 
 
-def _given(masked: MaskedWeights) -> GivenMasks:
+def _given(masked: MaskedWeights) -> tuple[GivenMasks, int]:
+    """The masks and layers that expressions use, the others of which an extension leaves alone, and how many layers."""
     images: dict[tuple[str, int], NDArray[np.float32]] = {
         (name, tile): STEP * masks[k].astype(np.float32)
         for tile, masks in masked.masks.items()
         for k, name in enumerate(masked.names)
     }
     used = (masked.activations != 0).any(axis=0)
+    used = used[:, used.any(axis=0)]
     layers = {name: _where(row) for name, row in zip(masked.names, used, strict=True) if row.any()}
-    return GivenMasks(masked.names, images, layers, nonnegative=masked.clamped)
+    shown = {key: image for key, image in images.items() if key[0] in layers}
+    return GivenMasks(tuple(layers), shown, layers, nonnegative=masked.clamped), used.shape[1]
 
 
 def _where(row: NDArray[np.bool_]) -> tuple[int, ...]:
