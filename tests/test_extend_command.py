@@ -8,9 +8,11 @@ import pytest
 
 from facezip.character.loading import save_character
 from facezip.errors import ExitCode
+from facezip.files.images import as_texels
 from facezip.pack.parsing import read_manifest
 from facezip.pack.read import read_pack, read_stored
-from tests.facezip.conftest import ALBEDO_KEY, random_character
+from facezip.pack.write import write_pack
+from tests.facezip.conftest import ALBEDO_KEY, random_character, random_model
 from tests.facezip.surfaces import random_surface
 from tests.test_layered_commands import run
 
@@ -167,6 +169,32 @@ def test_what_is_lost_against_a_fit_of_all_is_said(folder):
     assert "expr_4 stays as it is" in done.stdout
     assert f"expr_5     albedo {ours['expr_5']:.2f}, {full['expr_5']:.2f} with a fit of all" in done.stdout
     assert "compress all scans again" in done.stdout
+
+
+def test_textures_whose_sides_are_no_multiple_are_extended_beside_a_fit_of_all(tmp_path):
+    scans = random_character(side=36, expressions=6)
+    save_character(some(scans, 0, 1, 2, 3), tmp_path / "first")
+    save_character(some(scans, 4, 5), tmp_path / "last")
+    assert run("compress", tmp_path / "first", "-o", tmp_path / "a.facezip", "--differences", 3).returncode == 0
+    done = run("extend", tmp_path / "a.facezip", tmp_path / "last", "-o", tmp_path / "b.facezip", "--json")
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert document["weight_scale"] == 8
+    assert {*document["full_fit"]["albedo"]["rmse_per_expression"]} == {"expr_4", "expr_5"}
+
+
+def test_weight_maps_that_no_fit_makes_are_refused_before_a_pack_is_written(tmp_path):
+    scans = random_character(expressions=5)
+    model = random_model(size=(32, 32), weights=(5, 7))
+    neutral = as_texels(model.parts[ALBEDO_KEY].neutral, scans.first.neutral.dtype)
+    save_character(replace(scans, stacks={ALBEDO_KEY: replace(scans.first, neutral=neutral)}), tmp_path / "scans")
+    write_pack(model, tmp_path / "a.facezip")
+    refused = run("extend", tmp_path / "a.facezip", tmp_path / "scans", "-o", tmp_path / "b.facezip")
+    assert refused.returncode == ExitCode.BAD_INPUT
+    assert "a.facezip: no fit makes weight maps of their size; give --quick" in refused.stderr
+    assert not (tmp_path / "b.facezip").exists()
+    done = run("extend", tmp_path / "a.facezip", tmp_path / "scans", "-o", tmp_path / "b.facezip", "--quick")
+    assert done.returncode == 0, done.stderr
 
 
 def test_a_pack_may_be_extended_in_its_place_and_again(folder, whole, tmp_path):

@@ -53,7 +53,7 @@ def sized_for(kind: str, size: tuple[int, int], mask: Mask, what: str, may_be_bl
             raise FaceZipError(ErrorCode.SIZE_MISMATCH, f"{what}: {mine}, the textures differ; resize the mask")
         if kind == ALBEDO:
             words = f"{mine} of one value; taken for that constant, {words_for(size)}"
-        mask = _resized(mask, size)
+        mask = nearest(mask, size)
     if not may_be_black and not mask.any():
         raise FaceZipError(ErrorCode.BAD_TEXELS, f"{what}: the mask is black everywhere; paint the face region white")
     return mask, words
@@ -64,21 +64,21 @@ def seen(chart: Topology, size: tuple[int, int], mask: Mask | None) -> NDArray[n
     on_mesh = covered(chart, size)
     if mask is None:
         return on_mesh
-    inside = _resized(mask, size)
+    inside = nearest(mask, size)
     return by_rows(lambda rows: on_mesh[rows] & (inside[rows] > 0), size, np.bool_)
 
 
 def is_swapped(chart: Topology, mask: Mask) -> bool:
     """Whether a mask ``(H, W)`` is white about the mesh's chart and mostly black on it, as one is that was inverted."""
-    on_mesh, values = covered(chart, (SIDE, SIDE)), _resized(mask, (SIDE, SIDE))
+    on_mesh, values = covered(chart, (SIDE, SIDE)), nearest(mask, (SIDE, SIDE))
     if on_mesh.all() or not on_mesh.any():
         return False
     return bool(values[~on_mesh].mean() > WHITE_BESIDE and values[on_mesh].mean() < WHITE_ON)
 
 
-def _resized(mask: Mask, size: tuple[int, int]) -> Mask:
-    """The nearest texels of a mask."""
-    if mask.shape == size:
-        return mask
-    down, across = (np.arange(to) * of // to for to, of in zip(size, mask.shape, strict=True))
-    return by_rows(lambda rows: mask[down[rows]][:, across], size, np.float32)
+def nearest(image: NDArray[np.float32], size: tuple[int, int]) -> NDArray[np.float32]:
+    """An image ``(H, W)`` at another size ``(h, w)``: the texel in which the centre of each lies, ⌊(2i + 1) H / 2h⌋."""
+    if image.shape == size:
+        return image
+    down, across = ((2 * np.arange(to) + 1) * of // (2 * to) for to, of in zip(size, image.shape, strict=True))
+    return by_rows(lambda rows: image[down[rows]][:, across], size, np.float32)

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.export.documents.textures import ExportedRegions
 from facezip.files.images import write_texture
 from facezip.files.values import read_mask
+from facezip.fit.given import as_bytes, resampled
 from facezip.names import first_unusable
 from facezip.pack.manifest import Manifest, TileEntry
 
@@ -89,7 +89,7 @@ def read_regions(pack: Path, manifest: Manifest, files: Mapping[str, Path]) -> d
 
 
 def _masks(path: Path, tiles: Sequence[TileEntry]) -> list[NDArray[np.uint8]]:
-    """A region on each tile, averaged over each texel of a weight map."""
+    """A region on each tile, averaged over each texel of a weight map, or between its own where it is smaller."""
     if len(tiles) > 1 and UDIM not in path.name:
         remedy = f"write {UDIM} in the place of the tile's number"
         raise FaceZipError(ErrorCode.BAD_VALUE, f"{path}: is one image for several tiles; {remedy}")
@@ -106,5 +106,4 @@ def _mask(file: Path, size: tuple[int, int], may_be_missing: bool) -> NDArray[np
     if may_be_missing and not file.is_file():
         return np.zeros(size, np.uint8)
     mask, _ = read_mask(file)
-    small = Image.fromarray(mask).resize(size[::-1], Image.Resampling.BOX)
-    return np.rint(255 * np.asarray(small)).astype(np.uint8)
+    return as_bytes(resampled(mask, size)[None])[0]

@@ -18,6 +18,7 @@ from facezip.files.colour_space import (
     of_interop_id,
     of_primaries,
     of_rgb_space,
+    power,
 )
 from facezip.files.icc import MAX_BYTES, profile_space
 from facezip.files.png_statements import png_space
@@ -100,7 +101,7 @@ def _of_exif(path: Path, spec: Any) -> ColourSpace | None:
     # What of it is damaged states nothing, and Pillow has an exception for each kind of damage.
     with suppress(Exception), Image.open(path) as image:
         mark = image.getexif().get_ifd(_INTEROPERABILITY).get(1)
-    return of_rgb_space("Adobe RGB (1998)", of_gamma(_ADOBE_GAMMA)) if mark == _ADOBE_RGB else None
+    return of_rgb_space("Adobe RGB (1998)", power(_ADOBE_GAMMA)) if mark == _ADOBE_RGB else None
 
 
 def _of_tga(spec: Any) -> ColourSpace | None:

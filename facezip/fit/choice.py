@@ -8,11 +8,10 @@ from facezip.character.scans import Character
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.fit.importance import Importance
 from facezip.fit.methods import compress
-from facezip.fit.settings import WEIGHT_SCALES
 from facezip.machine.progress import task
 from facezip.pack.checks import MAX_DIFFERENCES
 from facezip.pack.errors import Errors, MapErrors, model_errors
-from facezip.pack.footprint import Footprint, Texture
+from facezip.pack.footprint import WEIGHT_SCALES, Footprint, Texture
 from facezip.pack.model import CompressedTextures
 from facezip.pack.quantise import quantise
 

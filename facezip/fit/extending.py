@@ -26,7 +26,7 @@ from facezip.pack.quantise import StoredTextures
 from facezip.pack.read import read_bytes
 from facezip.pack.same_neutral import check_same_neutral
 
-# A fit of all is advised for an expression that would lose less than two thirds of its error there, and half a level.
+# A fit of all is advised for an expression that would lose more than a third of its error there, and half a level.
 MUCH, MUCH_IN_LEVELS = 1.5, 0.5
 
 
@@ -65,11 +65,12 @@ def extend_into(
     whole, cut = extended(stored, model, new, weights)
     earlier = before.made_with.get("extended_by")
     made = {"extended_by": [*(earlier if isinstance(earlier, tuple) else ()), *added]}
-    write_extended(pack, before, whole, output, made_with=made, overwrite=overwrite)
-    errors = pack_errors(new, output)
     full = None
     if not quick:
-        full = full_fit_errors(model, scans, new, before.made_with.get("nonnegative") is True, weights)
+        # Before the pack is written: what is refused leaves none behind.
+        full = full_fit_errors(pack, model, scans, new, before.made_with.get("nonnegative") is True, weights)
+    write_extended(pack, before, whole, output, made_with=made, overwrite=overwrite)
+    errors = pack_errors(new, output)
     return ExtendDocument(
         **vars(pack_facts(output, read_manifest(output))),
         **vars(registration),

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character.maps import Key
+from facezip.character.masks import nearest
 from facezip.character.samples import Samples, samples_of
 from facezip.character.scans import Character, Stack, unknown
 from facezip.errors import ErrorCode, FaceZipError
@@ -65,8 +66,8 @@ def weighted_samples(
 
     An ``importance`` ``(H, W)`` may be of another map's size: its nearest texels are taken.
     """
-    if importance is not None and importance.shape != stack.resolution:
-        importance = _nearest(importance, stack.resolution)
+    if importance is not None:
+        importance = nearest(importance, stack.resolution)
     samples = samples_of(stack, importance, beside)
     if weight == 1:
         return samples
@@ -112,8 +113,3 @@ def _energy(stack: Stack) -> float:
         return np.vdot(samples.importance[top:bottom], squares).astype(np.float64)
 
     return float(sum_rows(block, len(samples.neutral)))
-
-
-def _nearest(image: NDArray[np.float32], size: tuple[int, int]) -> NDArray[np.float32]:
-    down, across = (np.arange(to) * of // to for to, of in zip(size, image.shape, strict=True))
-    return by_rows(lambda rows: image[down[rows]][:, across], size, np.float32)

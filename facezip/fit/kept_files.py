@@ -91,10 +91,12 @@ def _check_settings(pack: Path, manifest: Manifest, differences: int, weight_sca
     if theirs != differences:
         reason = f"has {theirs} difference textures, and this fit {differences}: give --differences {theirs}"
         raise FaceZipError(ErrorCode.BAD_VALUE, f"{pack}: {reason}")
-    height = tile.textures[0].size[0]
-    if -(-height // weight_scale) != tile.weight_size[0]:
-        scale = round(height / tile.weight_size[0])
-        reason = f"its weight maps have another size than those of this fit: give --weight-scale {scale}"
+    scale = manifest.footprint.weight_scale
+    if scale != weight_scale:
+        remedy = (
+            f"give --weight-scale {scale}" if scale else "keep one whose weight maps are of a size that a fit makes"
+        )
+        reason = f"its weight maps have another size than those of this fit: {remedy}"
         raise FaceZipError(ErrorCode.BAD_VALUE, f"{pack}: {reason}")
 
 

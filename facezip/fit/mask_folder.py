@@ -66,7 +66,7 @@ class _Settings:
     Attributes
     ----------
     activations : one of :data:`_ACTIVATIONS`.
-    sum_to_one : whether those of an expression add up to 1.
+    sum_to_one : whether masks are divided by their sum, wherever that is not 0.
     layers : by mask, the layers in which it acts.
     channels : by image, the masks in its channels.
     """

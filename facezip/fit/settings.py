@@ -6,9 +6,9 @@ from typing import Any
 
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.pack.checks import MAX_DIFFERENCES
+from facezip.pack.footprint import WEIGHT_SCALES
 from facezip.pack.manifest import MadeWith
 
-WEIGHT_SCALES = (4, 8, 16, 32)
 PAPER_DIFFERENCES = 4
 # How long to fit, from the fewest alternations to the most.
 EFFORTS = ("fast", "default", "best")

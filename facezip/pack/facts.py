@@ -54,7 +54,7 @@ class MaskFacts:
 
 @dataclass(frozen=True, kw_only=True)
 class PackFacts:
-    """tuple[int, int]s and make of a pack.
+    """Sizes and make of a pack.
 
     The first map on the first tile stands for those that have one size.
 
@@ -65,7 +65,8 @@ class PackFacts:
     resolution : rows and columns of the first map on the first tile.
     channels : of all maps together.
     differences : difference textures of a map.
-    weight_scale : how many times smaller weight maps are; null where weights are uniform.
+    weight_scale : how many times smaller weight maps are, rounded where no fit makes them of that size; null where
+        weights are uniform.
     expressions : in the order of the weight maps.
     masks : of which weight maps are made, or null.
     maps : albedo first.
@@ -113,7 +114,7 @@ def pack_facts(path: Path, manifest: Manifest) -> PackFacts:
         resolution=size,
         channels=sum(kind.channels for kind in manifest.maps),
         differences=cost.differences,
-        weight_scale=round(size[0] / first.weight_size[0]) if cost.layers else None,
+        weight_scale=cost.weight_scale or (round(size[0] / first.weight_size[0]) if cost.layers else None),
         expressions=manifest.expressions,
         masks=_masks(manifest.masks) if manifest.masks else None,
         maps=[

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 SLOTS_PER_LAYER = 4
 BLOCK_SIDE, BLOCK_BYTES = 4, 16
+# How many times smaller than textures a fit makes weight maps.
+WEIGHT_SCALES = (4, 8, 16, 32)
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,20 @@ class Footprint:
         """RGBA layers that the R slots of a weight map fill; 0 where weights are uniform."""
         uniform = all(size == (1, 1) for size in self.weight_sizes)
         return 0 if uniform else -(-self.differences // SLOTS_PER_LAYER)
+
+    @property
+    def weight_scale(self) -> int | None:
+        """How many times smaller weight maps are than textures, of :data:`WEIGHT_SCALES`: s of h = ⌈H/s⌉, w = ⌈W/s⌉.
+
+        None where weights are uniform, or of a size that no fit makes.
+        """
+        firsts = [tile[0] for tile in self.tiles]
+        fitting = (
+            scale
+            for scale in WEIGHT_SCALES
+            if self.weight_sizes == tuple((-(-first.height // scale), -(-first.width // scale)) for first in firsts)
+        )
+        return next(fitting, None) if self.layers else None
 
     @property
     def fetches(self) -> int:

@@ -166,8 +166,13 @@ def _on_tile(agreement: Agreement, raster: Raster, poses: Poses, weights: NDArra
 
 
 def _keep_zero(weights: NDArray[np.float32]) -> None:
-    """Widen the range of a slot's maps by less than a step of 8 bits, so that a pack stores no change as no change."""
+    """Widen the range of a slot's maps to whole steps of 8 bits on both sides of zero, which a pack then stores."""
     low, high = float(weights.min()), float(weights.max())
     if low < 0 < high:
-        steps = np.ceil(STEPS * -low / (high - low))
-        weights[np.unravel_index(weights.argmin(), weights.shape)] = -high * steps / max(STEPS - steps, 1)
+        # At least one step is left above, where the largest weight is widened if it has less.
+        steps = min(np.ceil(STEPS * -low / (high - low)), STEPS - 1)
+        wide = -high * steps / (STEPS - steps)
+        if wide <= low:
+            weights[np.unravel_index(weights.argmin(), weights.shape)] = wide
+        else:
+            weights[np.unravel_index(weights.argmax(), weights.shape)] = -low * (STEPS - steps) / steps

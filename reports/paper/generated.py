@@ -34,8 +34,8 @@ from scenes.template import embedded_template
 Texture = NDArray[np.float32]
 # Gives ``(H, W, C)`` float32 in [0, 1], the albedo of a shape on a tile.
 Textures = Callable[[str, int], Texture]
-# Method, key of a document → compression and weight maps.
 PICTURES = 8
+# Method, key of a document → compression and weight maps.
 PACKS = {"paper": ("paper", "pseudo-inverse"), "ours": ("refined", "geometry-aware")}
 
 

@@ -42,6 +42,13 @@ def test_masks_are_the_means_of_their_images(pack, tmp_path):
     assert np.abs(tile.regions.masks[0] - means).max() <= 0.5 + 1e-4
 
 
+def test_a_smaller_image_changes_steadily_between_its_texels(pack, tmp_path):
+    (tile,) = read_source(pack, regions={"chin": image(tmp_path, [[0, 255]])}).tiles
+    between = (np.arange(5) + 0.5) * 2 / 5 - 0.5
+    expected = np.broadcast_to(255 * np.clip(between, 0, 1), (3, 5))
+    assert np.abs(tile.regions.masks[0] - expected).max() <= 0.5 + 1e-3
+
+
 def test_what_is_exported_are_the_masks(pack, tmp_path):
     files = regions_in(tmp_path)
     (tile,) = read_source(pack, regions=files).tiles

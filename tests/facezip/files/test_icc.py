@@ -22,6 +22,8 @@ from tests.facezip.files import profiles, stored
 RNG = np.random.default_rng(0)
 # Skin and lips: far from the borders of every space, so that nothing is clipped.
 SKIN = (0.25 + 0.5 * RNG.random((24, 20, 3)) ** 2) * (1, 0.8, 0.7)
+# Where sRGB's curve is a line, and a power is not.
+DARK = np.broadcast_to(np.linspace(0, 0.12, 8 * 20).reshape(8, 20, 1), (8, 20, 3))
 LITTLECMS = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
 # Of each space its columns, its curve as a profile has it, and the way back from light.
 SPACES = {
@@ -144,12 +146,16 @@ def test_a_profile_of_grey_moves_grey(tmp_path, bits):
     np.testing.assert_allclose(read_texture(tmp_path / "a.png") / whole, meant, atol=0.6 / whole)
 
 
-def test_a_camera_that_means_adobe_rgb_without_a_profile_is_understood(tmp_path):
+@pytest.mark.parametrize("suffix", [".webp", ".jpg"])
+def test_a_camera_that_means_adobe_rgb_without_a_profile_is_understood(tmp_path, suffix):
     exif = Image.Exif()
     exif._ifds[0x8769] = {0xA001: 65535, 0xA005: {1: "R03"}}
-    texels = np.rint(in_space("Adobe RGB", SKIN) * 255).astype(np.uint8)
-    Image.fromarray(texels).save(tmp_path / "a.jpg", exif=exif, quality=100, subsampling=0)
-    np.testing.assert_allclose(read_texture(tmp_path / "a.jpg") / 255, SKIN, atol=8 / 255)
+    colours = np.concatenate([SKIN, DARK])
+    texels = np.rint(in_space("Adobe RGB", colours) * 255).astype(np.uint8)
+    exact = {"lossless": True} if suffix == ".webp" else {"quality": 100, "subsampling": 0}
+    Image.fromarray(texels).save(tmp_path / f"a{suffix}", exif=exif, **exact)
+    level = 3 / 255 if suffix == ".webp" else 5 / 255
+    np.testing.assert_allclose(read_texture(tmp_path / f"a{suffix}") / 255, colours, atol=level)
 
 
 def test_srgb_columns_are_those_of_colour_science():

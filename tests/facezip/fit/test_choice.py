@@ -8,8 +8,8 @@ from facezip.character.loading import save_character
 from facezip.character.maps import KNOWN
 from facezip.fit.choice import Choice, whole_error
 from facezip.fit.pipeline import Request, compress_into
-from facezip.fit.settings import WEIGHT_SCALES
 from facezip.pack.errors import MapErrors, albedo_errors, mean_rmse, model_errors, texture_errors
+from facezip.pack.footprint import WEIGHT_SCALES
 from facezip.pack.quantise import quantise
 from tests.facezip.conftest import random_character
 from tests.facezip.surfaces import random_surface

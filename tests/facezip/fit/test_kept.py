@@ -262,6 +262,18 @@ def test_what_contradicts_it_is_refused_in_one_line(folder, tmp_path, options, c
     assert words in done.stderr
 
 
+def test_the_remedy_for_another_size_of_weight_maps_can_be_followed(tmp_path):
+    """Where the sides are no multiple of it."""
+    save_character(random_character(side=36), tmp_path / "scans")
+    compressed(tmp_path / "scans", tmp_path / "old.facezip")
+    write_texture(tmp_path / "mask.png", disk(36, 36))
+    keep = ("--region", f"a={tmp_path / 'mask.png'}", "--keep-region", "a", "--from", tmp_path / "old.facezip")
+    done = run("compress", tmp_path / "scans", "-o", tmp_path / "p.facezip", *OPTIONS, *keep, "--weight-scale", 4)
+    assert done.returncode == ExitCode.BAD_INPUT
+    assert "give --weight-scale 8" in done.stderr
+    compressed(tmp_path / "scans", tmp_path / "p.facezip", *keep, "--weight-scale", 8)
+
+
 @pytest.mark.parametrize(
     ("method", "words"), [(("pca",), "one number"), (("masks", "--masks", 9), "weights are masks")]
 )

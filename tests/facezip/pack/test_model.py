@@ -1,11 +1,13 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.ndimage import map_coordinates
 
 from facezip import FaceZipError
 from facezip.blocks.codecs import bc7, raw
 from facezip.fit.storage import Storage
-from facezip.pack.footprint import Footprint, Texture
+from facezip.pack.footprint import WEIGHT_SCALES, Footprint, Texture
 from tests.facezip.conftest import ALBEDO_KEY, part_of, random_model, weights_of
 
 
@@ -82,6 +84,14 @@ def test_the_memory_of_51_expressions_in_bc7():
     method = Footprint(((Texture(2048, 2048, 3),),), ((256, 256),), 4, 51)
     assert method.bytes_bc7 == 5 * 2048**2 + 51 * 4 * 256**2 == 34_340_864
     assert method.bytes_raw_bc7 == 52 * 2048**2 == 218_103_808
+
+
+@given(scale=st.sampled_from(WEIGHT_SCALES), height=st.integers(33, 8192), width=st.integers(33, 8192))
+def test_the_scale_of_weight_maps_is_the_one_they_were_made_with(scale, height, width):
+    size, low = (height, width), (-(-height // scale), -(-width // scale))
+    assert Footprint.of_one(size, differences=4, weight_size=low).weight_scale == scale
+    assert Footprint.of_one(size, differences=4, weight_size=(low[0] + 1, low[1])).weight_scale is None
+    assert Footprint.of_one(size, differences=4).weight_scale is None
 
 
 @pytest.mark.parametrize("size", [(32, 48), (30, 17)])

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facezip.fit.methods import compress
-from facezip.rigging.evidence import STEPS, STRENGTHS, estimate, wiener
+from facezip.rigging.evidence import STEPS, STRENGTHS, _keep_zero, estimate, wiener
 from facezip.rigging.fit import fit_rig
 from facezip.rigging.likeness import Likeness, Poses
 from facezip.rigging.shown import shown
@@ -114,6 +114,21 @@ def test_no_change_is_stored_as_no_change(case, rig, model):
     low, high = made.weights.min(axis=(0, 1, 2)), made.weights.max(axis=(0, 1, 2))
     zero = STEPS * -low.astype(float) / (high - low)
     np.testing.assert_allclose(zero, np.rint(zero), atol=1e-3)
+
+
+@given(low=st.floats(2**-10, 2**10), ratio=st.floats(1e-6, 1e6), others=st.lists(st.floats(0, 1), max_size=4))
+def test_zero_is_kept_whatever_the_range_by_a_wider_one(low, ratio, others):
+    high = low * ratio
+    weights = np.array([-low, high, 0, *(high * share - low * (1 - share) for share in others)], np.float32)
+    kept = weights.copy()
+    _keep_zero(kept)
+    step = np.ptp(kept).astype(float) / STEPS
+    zero = -kept.min().astype(float) / step
+    assert abs(zero - np.rint(zero)) < 1e-3
+    assert kept.min() <= 0.9999 * weights.min()
+    assert kept.max() >= 0.9999 * weights.max()
+    assert np.ptp(kept) <= 2.001 * np.ptp(weights)
+    assert (kept != weights).sum() <= 1
 
 
 def test_the_order_of_the_scans_does_not_matter(case, rig, model):
