@@ -162,7 +162,7 @@ def _fitted(scans: Character, request: Request, given: GivenMasks | None) -> _Fi
     locks = read_locks(request.locks, scans, slots)
     painted = read_painted(request.painted, scans, slots, settings.weight_scale)
     if request.keeping:
-        kept = read_kept(request.keeping, scans, settings.differences, settings.weight_scale)
+        kept = read_kept(request.keeping, scans, slots, settings.weight_scale)
         scans = beside_neutral_of(kept.stored, scans)
         stated |= {"nonnegative": True} if kept.nonnegative else {}
     model = compress(

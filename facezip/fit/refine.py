@@ -27,7 +27,8 @@ from facezip.machine import memory
 from facezip.machine.progress import track
 from facezip.machine.rows import by_rows, map_rows
 
-# Many texels tell the weights in few alternations: by effort, how many are visited in all, in how many alternations.
+# Many texels tell the weights in few alternations: by effort, the texels of all alternations together, and how few and
+# how many alternations there are at all. :meth:`facezip.fit.descent.Descent.steps` says what is made of them.
 # "start" is for fits that go on with a codec in the loop: after more of them it would lose more of the slots.
 VISITS = {"start": (2**21, 4, 8), "fast": (2**24, 4, 16), "default": (20 * 2**20, 10, 24), "best": (2**26, 64, 64)}
 
@@ -162,7 +163,7 @@ class _Fit:
 
 
 def alternations(texels: int, effort: str = "default") -> int:
-    """How many of them a fit of so many texels makes."""
+    """How many of them a fit of so many texels is asked for."""
     visited, fewest, most = VISITS[effort]
     return min(max(visited // texels, fewest), most)
 

@@ -1,6 +1,7 @@
 """``facezip bench``: the main jobs measured on this machine, one verb a module.
 
-What is measured lies with what it measures: ``facezip.bench``, ``render.bench``, ``reports.paper.generated``.
+What is measured lies with what it measures: ``facezip.fit.timing``, ``facezip.fit.sharing``,
+``facezip.export.timing``, ``render.bench``, ``reports.paper.generated``.
 """
 
 import click
