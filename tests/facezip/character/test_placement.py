@@ -19,11 +19,15 @@ from tests.facezip.conftest import random_character
 TURNS = Rotation.create_group("O").as_matrix().round()
 people = st.tuples(st.integers(0, 2), st.booleans())
 turns = st.sampled_from(list(TURNS))
-tilts = st.builds(
-    lambda axis, degrees: Rotation.from_rotvec(np.radians(degrees) * np.array(axis) / np.linalg.norm(axis)).as_matrix(),
-    st.sampled_from([(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, -1, 1)]),
-    st.floats(-20, 20),
-)
+
+
+def tilts(most):
+    axes = st.sampled_from([(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, -1, 1)])
+    return st.builds(tilt, axes, st.floats(-most, most))
+
+
+def tilt(axis, degrees):
+    return Rotation.from_rotvec(np.radians(degrees) * np.array(axis) / np.linalg.norm(axis)).as_matrix()
 
 
 def standing(meshes, **stated):
@@ -31,8 +35,9 @@ def standing(meshes, **stated):
     return placed(meshes, names, Placement(**stated), Path("scans"))
 
 
+# The axes that are found are up to 11 degrees off, and have to be within 30 of those of the space.
 @settings(max_examples=8, deadline=None)
-@given(people, turns, tilts)
+@given(people, turns, tilts(15))
 def test_a_head_is_turned_by_right_angles_to_where_it_looked_before(person, turn, tilt):
     meshes = head(*person)
     tilted = moved(meshes, tilt)
@@ -44,7 +49,7 @@ def test_a_head_is_turned_by_right_angles_to_where_it_looked_before(person, turn
 
 
 @settings(max_examples=5, deadline=None)
-@given(people, st.floats(1e-3, 1e3), tilts)
+@given(people, st.floats(1e-3, 1e3), tilts(20))
 def test_its_axes_are_found_in_any_size_and_place(person, size, tilt):
     meshes = head(*person)
     found = orientation_of(moved(meshes, size * tilt, 3 * size))
@@ -97,6 +102,6 @@ def test_the_generic_face_is_the_embedded_characters():
         np.testing.assert_allclose(getattr(kept, name), getattr(new, name), atol=1e-5)
 
 
-@given(turns, tilts)
+@given(turns, tilts(20))
 def test_a_tilt_has_the_axes_that_it_was_tilted_from(turn, tilt):
     np.testing.assert_array_equal(nearest_axes(turn @ tilt), turn)
