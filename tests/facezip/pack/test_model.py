@@ -88,10 +88,14 @@ def test_the_memory_of_51_expressions_in_bc7():
 
 @given(scale=st.sampled_from(WEIGHT_SCALES), height=st.integers(33, 8192), width=st.integers(33, 8192))
 def test_the_scale_of_weight_maps_is_the_one_they_were_made_with(scale, height, width):
-    size, low = (height, width), (-(-height // scale), -(-width // scale))
-    assert Footprint.of_one(size, differences=4, weight_size=low).weight_scale == scale
-    assert Footprint.of_one(size, differences=4, weight_size=(low[0] + 1, low[1])).weight_scale is None
-    assert Footprint.of_one(size, differences=4).weight_scale is None
+    low = -(-height // scale), -(-width // scale)
+
+    def found(weight_size):
+        return Footprint(((Texture(height, width, 3),),), (weight_size,), 4, 51).weight_scale
+
+    assert found(low) == scale
+    assert found((low[0] + 1, low[1])) is None
+    assert found((1, 1)) is None
 
 
 @pytest.mark.parametrize("size", [(32, 48), (30, 17)])
