@@ -53,6 +53,9 @@ def reading(path: Path) -> Iterator[None]:
 def is_pointer(path: Path) -> bool:
     """Whether a file is what Git LFS leaves in the place of another."""
     try:
+        # A pipe would be waited for.
+        if not path.is_file():
+            return False
         with open(path, "rb") as file:
             return file.read(len(_POINTER)) == _POINTER
     except OSError:

@@ -1,5 +1,6 @@
 """Files that Git LFS has not fetched are called that, whatever reads them."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ from facezip.character.loading import load_character, save_character
 from facezip.errors import ErrorCode, FaceZipError
 from facezip.files.images import read_texture
 from facezip.files.obj import read_obj
+from facezip.files.reading import is_pointer
 from facezip.fit.methods import compress
 from facezip.pack.read import read_pack
 from facezip.pack.verification import verify_pack
@@ -68,3 +70,8 @@ def test_a_file_of_a_pack(tmp_path, character, read):
         unfetched(path)
         says_so(lambda: read(pack), path)
         path.write_bytes(before)
+
+
+def test_a_pipe_in_the_place_of_a_file_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    assert not is_pointer(tmp_path / "pipe")
