@@ -20,7 +20,7 @@ from facezip.character.winding import notes_on_winding
 
 # Of the range of texels: means of blocks that differ by less are one value.
 ONE_VALUE = 1 / 1024
-# Normals that correlate so far below zero are turned over: those of one head do above 0.5.
+# Normals that correlate so far below zero are turned over: those of the embedded heads have 0.49 and more.
 OPPOSITE = 0.3
 # As high a share of it at most is black.
 BLACK = 1 / 255

@@ -243,9 +243,9 @@ def _with_fitting_masks(layout: Layout) -> Layout:
             words = f"taken for the mask of tile {number} alone; call it {MASK}.{number}{whole.suffix}"
             notes.append(layout.note(whole, words, asks=True))
     elif {*masks} & {*tiles}:
-        words, neutral = "its tile has no mask, as others have, and counts as face wholly", layout.maps[0].files
-        bare = sorted({*tiles} - {*masks})
-        notes += [layout.note(neutral[NEUTRAL, tile], words, asks=True) for tile in bare]
+        words = "its tile has no mask, as others have, and counts as face wholly"
+        bare = (layout.maps[0].files[NEUTRAL, tile] for tile in tiles if tile not in masks)
+        notes += [layout.note(path, words, asks=True) for path in bare]
     for tile in sorted({*masks} - {*tiles}):
         words = f"not used: there are no textures on tile {tile}"
         notes.append(layout.note(masks.pop(tile), words, asks=True))

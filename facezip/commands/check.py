@@ -212,7 +212,9 @@ def _lines(document: CheckDocument) -> list[str]:
     width, several = max(map(len, found)), len(document.character.tiles) > 1
     heading = "at u, v on tile" if several else "at u, v"
     lines = [f"{'texels off the neutral':{max(width + 2, 22)}}     rms   worst   {heading}"]
-    worst_first = sorted(found.items(), key=lambda pair: _severity(pair[1]), reverse=True)
+    worst_first = sorted(
+        found.items(), key=lambda pair: severity(pair[1].state, pair[1].rms / pair[1].threshold), reverse=True
+    )
     for name, one in worst_first:
         after = document.register.rms.get(name) if document.register else None
         moved = "" if after is None else f"  registered: {after:.2f}"
@@ -231,10 +233,6 @@ def _lines(document: CheckDocument) -> list[str]:
     lines.append(f"{document.character.name}: {said or 'all registered'}, {document.seconds:.1f} s")
     lines += _register_lines(document.register) if document.register else []
     return [*lines, *([f"  open {document.picture}"] if document.picture else [])]
-
-
-def _severity(one: AlignmentFacts) -> tuple[int, float]:
-    return severity(one.state, one.rms / one.threshold)
 
 
 def _register_lines(register: RegisterFacts) -> list[str]:

@@ -65,5 +65,6 @@ def _check_presence(folder: Path, manifest: Manifest) -> None:
         if not stat.S_ISREG(status.st_mode):
             raise damaged_pack(folder, f"'{name}' is a link or folder, not a file")
         if status.st_size != stated.bytes:
+            # Which says so where that is what Git LFS left in its place.
             with reading(folder / name):
                 raise damaged_pack(folder, f"'{name}' has {status.st_size} bytes, not {stated.bytes}")
