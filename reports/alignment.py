@@ -13,7 +13,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from facezip.character.alignment import GRID, SURE, THRESHOLD, Alignment, Alignments, severity, worst_tile
+from facezip.character.alignment import SURE, THRESHOLD, Alignment, Alignments, severity, worst_tile
+from facezip.character.displacement import GRID
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
 from facezip.files.writing import write_whole

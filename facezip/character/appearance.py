@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facezip.character import features
-from facezip.character.alignment import DARK, reduced
 from facezip.character.copies import Copies, Known, notes_on, notes_on_meshes
+from facezip.character.displacement import DARK, reduced
 from facezip.character.maps import ALBEDO, Key
 from facezip.character.masks import is_swapped
 from facezip.character.notes import Note

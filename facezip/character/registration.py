@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from facezip.character.alignment import Alignment, Alignments, bilinear
+from facezip.character.alignment import Alignment, Alignments
+from facezip.character.displacement import bilinear
 from facezip.character.maps import ALBEDO
 from facezip.character.scans import Character
 from facezip.files.images import Texels

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from facezip.character.alignment import GRID, Alignment, severity
+from facezip.character.alignment import Alignment, severity
+from facezip.character.displacement import GRID
 from facezip.character.features import Feature
 from reports.alignment import contact_sheet
 from tests.facezip.conftest import random_character

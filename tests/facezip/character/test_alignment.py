@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import map_coordinates
 
-from facezip.character.alignment import GRID, THRESHOLD, alignments, worst_of
+from facezip.character.alignment import THRESHOLD, alignments, worst_of
+from facezip.character.displacement import GRID
 from facezip.character.registration import LEAST, register
 from scenes.character import make_character
 from scenes.face.capture import MAPS
